@@ -120,8 +120,8 @@ class Calibration:
     """Result of a calibration.
 
     ``values`` has the parameters, ``deviations`` their standard deviations, ``covariance`` and ``correlations`` their matrices in the order
-    of ``names``: s² (JᵀJ)⁻¹ with s² = max(1, Σr²/(n - m)) for n data and m parameters. ``residuals`` the differences over the tolerances, ``misfit`` their root mean
-    square, ``undetermined`` the parameters that the data do not hold.
+    of ``names``: s² (JᵀJ)⁻¹ with s² = max(1, Σr²/(n - m)) for n data and m parameters. ``residuals`` has the differences over the
+    tolerances, ``misfit`` their root mean square, ``undetermined`` the parameters that the data do not hold.
     """
 
     names: list[str]

@@ -15,7 +15,7 @@ def law(name: str) -> Callable[[_Law], _Law]:
 
         @cl.law("elastic")
         class Elastic:
-            state = {"work": 0.0}
+            state = {"stored_work": 0.0}
 
             def __init__(self, bulk_modulus, shear_modulus):
                 self.bulk, self.shear = bulk_modulus, shear_modulus
@@ -28,7 +28,7 @@ def law(name: str) -> Callable[[_Law], _Law]:
                 deviator = strain - np.array([1, 1, 1, 0, 0, 0]) * volumetric / 3
                 new = stress + 2 * self.shear * deviator
                 new[:3] += self.bulk * volumetric
-                return new, {"work": state["work"] + new @ strain}
+                return new, {"stored_work": state["stored_work"] + new @ strain}
 
         material = {"model": "external", "law": "elastic", "density": 2000,
                     "parameters": {"bulk_modulus": 1e7, "shear_modulus": 5e6}}

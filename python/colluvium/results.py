@@ -143,7 +143,10 @@ class Dataset:
 
 
 class Frame:
-    """State of a run at one time. Positions are on the map where the case has an origin."""
+    """State of a run at ``time`` (s) after ``step`` steps. ``datasets`` has all data by name; points are the first.
+
+    Positions are on the map where the case has an origin.
+    """
 
     def __init__(self, data: _native.FrameData) -> None:
         self.time: float = data.time
@@ -214,7 +217,12 @@ def table(rows: np.ndarray, columns: Sequence[tuple[str, str]]) -> pandas.DataFr
 
 
 class RunResult:
-    """Results of a run: measures over time, frames, rasters, warnings, factors of safety. ``last`` is the state at the end."""
+    """Results of a run: measures over time, frames, rasters, warnings, factors of safety.
+
+    ``method``, ``case`` and ``folder`` are those of the run; ``error`` is the reason of a failure, ``is_interrupted`` says whether the run was
+    stopped. ``steps`` is the number of steps, ``wall`` the wall-clock time (s). ``frames`` are in the order of time, ``last`` is the state at
+    the end and ``hash`` its hash. ``warnings`` and ``notes`` have codes and texts, ``safety`` the factors of safety by name.
+    """
 
     def __init__(
         self, data: _native.RunData, method: str, kept: list[Frame], case: Case | None, folder: Path | None

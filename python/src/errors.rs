@@ -12,7 +12,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::laws;
+use crate::law_errors;
 
 /// Error of a run, a sweep or a comparison.
 pub enum TaskError {
@@ -123,7 +123,7 @@ pub fn folder_error(problem: &dyn Display, path: &std::path::Path) -> PyErr {
 
 /// `SolverError` with step, time (s), point and position (m), where they are known; its cause is the exception of a law in Python.
 pub fn failure(text: String, state: Option<(u64, f64, u64, [f64; 3])>) -> PyErr {
-    let (text, cause) = laws::without_number(&text);
+    let (text, cause) = law_errors::without_number(&text);
     let (step, time, point, position) = match state {
         Some((step, time, point, position)) => (Some(step), Some(time), Some(point), Some(position)),
         None => (None, None, None, None),

@@ -1,8 +1,9 @@
 //! Material laws written in Python.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
+use colluvium::constitutive::driver::PATH_COLUMNS;
 use colluvium::constitutive::{
     Corotational, InitialCondition, Law, Material, MaterialError, MaterialFactory, Motion, Point, PointLaw,
     SmallStrain, SymTensor, register_material,
@@ -13,46 +14,23 @@ use pyo3::types::{PyDict, PyTuple};
 use serde_json::{Map, Value};
 
 use crate::errors::value_error;
+use crate::law_errors::keep_exception;
 
-/// Exceptions of laws that nobody has received yet, by their numbers in texts.
-static EXCEPTIONS: Mutex<(u64, BTreeMap<u64, PyErr>)> = Mutex::new((0, BTreeMap::new()));
-
-/// Marks of the number of an exception in a text.
-const MARKS: [&str; 2] = ["\u{2}exception ", "\u{3}"];
-
-/// Most exceptions that are kept until an error takes one.
-const MAX_EXCEPTIONS: usize = 16;
-
-/// Text of an exception of a law, with a number under which it is kept.
-fn keep_exception(error: PyErr) -> String {
-    let text = error.to_string();
-    let mut kept = EXCEPTIONS.lock().unwrap_or_else(PoisonError::into_inner);
-    // All points of a step may raise the same exception.
-    if kept.1.len() < MAX_EXCEPTIONS {
-        kept.0 += 1;
-        let number = kept.0;
-        kept.1.insert(number, error);
-    }
-    format!("{text}{}{}{}", MARKS[0], kept.0, MARKS[1])
-}
-
-/// Text without the number of an exception, and the exception.
-pub fn without_number(text: &str) -> (String, Option<PyErr>) {
-    let (mut clean, mut cause) = (String::new(), None);
-    let mut rest = text;
-    while let Some((before, after)) = rest.split_once(MARKS[0]) {
-        let (number, after) = after.split_once(MARKS[1]).unwrap_or((after, ""));
-        if let Ok(number) = number.parse() {
-            let mut kept = EXCEPTIONS.lock().unwrap_or_else(PoisonError::into_inner);
-            cause = cause.or(kept.1.remove(&number));
-            kept.1.clear();
-        }
-        clean.push_str(before);
-        rest = after;
-    }
-    clean.push_str(rest);
-    (clean, cause)
-}
+/// Fields of points that every method has.
+const FIELDS: [&str; 12] = [
+    "id",
+    "body",
+    "position",
+    "extent",
+    "velocity",
+    "displacement",
+    "stress",
+    "pressure",
+    "deviatoric_stress",
+    "mass",
+    "volume",
+    "density",
+];
 
 /// Law of a Python object with the attribute `state` and the methods `wave_modulus` and `update`.
 struct PythonLaw {
@@ -196,6 +174,13 @@ impl PythonFactory {
             return Err(value_error(&format!(
                 "wave_modulus returns {modulus}: it must be a positive number (Pa)"
             )));
+        }
+        for (name, _) in &state {
+            if PATH_COLUMNS.iter().any(|(column, _)| column == name) || FIELDS.contains(&name.as_str()) {
+                return Err(value_error(&format!(
+                    "state: {name:?} is a field or a column of all results: rename it"
+                )));
+            }
         }
         // Names of fields live as long as the program.
         let names = state.iter().map(|(name, _)| -> &'static str { String::leak(name.clone()) });

@@ -1,13 +1,15 @@
 //! Native part of the Python package `colluvium`.
 //!
-//! Cases cross the border as JSON text, arrays as memory of a frame without a copy. What is convenient is in the Python modules beside
+//! Cases cross the border as JSON text, arrays as memory of a frame without a copy. The convenient part is in the Python modules beside
 //! this crate.
 
 mod cases;
-mod comparisons;
+mod channel;
+mod compare;
 mod element_tests;
 mod errors;
 mod frames;
+mod law_errors;
 mod laws;
 mod pages;
 mod pool;
@@ -29,7 +31,7 @@ fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     colluvium::register_materials();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add_class::<comparisons::CompareData>()?;
+    module.add_class::<compare::CompareData>()?;
     module.add_class::<frames::DatasetData>()?;
     module.add_class::<frames::FrameData>()?;
     module.add_class::<frames::RasterData>()?;

@@ -51,7 +51,7 @@ pub fn write_report(
 #[pyfunction]
 pub fn read_raster(py: Python<'_>, file: PathBuf) -> PyResult<RasterData> {
     let raster =
-        py.detach(|| colluvium_terrain::read_raster(&file)).map_err(|error| folder_error(&error, &file))?;
+        py.detach(|| colluvium::terrain::read_raster(&file)).map_err(|error| folder_error(&error, &file))?;
     let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     Ok(RasterData::new(&name, "", raster))
 }
@@ -70,7 +70,7 @@ pub fn write_raster(
     epsg: Option<u32>,
 ) -> PyResult<()> {
     let raster = raster_of(&values, origin, spacing, epsg);
-    colluvium_terrain::write_raster(&file, &raster).map_err(|error| folder_error(&error, &file))
+    colluvium::terrain::write_raster(&file, &raster).map_err(|error| folder_error(&error, &file))
 }
 
 /// Raster of an array with one row per y, from the smallest.

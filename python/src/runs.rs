@@ -11,9 +11,9 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
 use crate::cases::read_case;
+use crate::channel::{Channel, Message};
 use crate::errors::TaskError;
 use crate::frames::{FrameData, RasterData};
-use crate::tasks::{Channel, Message};
 
 /// Interval between two messages about progress.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
@@ -47,7 +47,7 @@ impl RunRequest {
         channel.send(Message { time: case.end_time(), ..Message::text("begin", method.name().to_owned()) });
         let (plan, solver) = method.plan_and_build(&case)?;
         let warnings = plan.all_warnings(&case);
-        warnings.iter().for_each(|warning| channel.send(warning_message(warning)));
+        warnings.iter().for_each(|warning| channel.warn(warning));
         let options = RunOptions {
             method: method.name().to_owned(),
             output_folder: self.out.clone(),
@@ -72,7 +72,7 @@ impl RunRequest {
             let message = |kind, text| Message { kind, time, step, text, frame: None };
             match event {
                 RunEvent::Warning(warning) => {
-                    channel.send(Message { time, step, ..warning_message(&warning) });
+                    channel.warn(&warning);
                     warnings.push(warning);
                 }
                 RunEvent::Frame(frame) if self.frames => {
@@ -94,11 +94,6 @@ impl RunRequest {
         let report = run.finish()?;
         Ok(RunData { report: Some(report), frame_count, warnings })
     }
-}
-
-/// Message of a warning: its code and its text.
-pub fn warning_message(warning: &Warning) -> Message {
-    Message::text("warning", format!("[{}] {}", warning.code, warning.text))
 }
 
 /// Results of a run.

@@ -9,9 +9,8 @@ use colluvium::case::run::column_names;
 use colluvium::sweep::{Sweep, SweepOptions, SweepRunState, run_sweep};
 use pyo3::prelude::*;
 
+use crate::channel::{Channel, Message};
 use crate::errors::TaskError;
-use crate::runs::warning_message;
-use crate::tasks::{Channel, Message};
 
 /// Sweep and its options.
 pub struct SweepRequest {
@@ -74,7 +73,7 @@ impl SweepRequest {
         let results = run_sweep(&sweep, &members, method, &options, &tell)?;
         results.write_convergence(&self.out)?;
         let rows = results.rows.iter().map(|row| (row.status.clone(), row.reason.clone()));
-        results.warnings().iter().for_each(|one| channel.send(warning_message(one)));
+        results.warnings().iter().for_each(|one| channel.warn(one));
         Ok(SweepData { rows: rows.collect() })
     }
 }

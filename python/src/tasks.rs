@@ -1,91 +1,22 @@
 //! Long work on a thread of its own: runs, sweeps and comparisons, with messages to Python while they go on.
 
-use std::collections::VecDeque;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use colluvium::case::Frame;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-use crate::comparisons::{CompareData, CompareRequest};
+use crate::channel::{Channel, Message};
+use crate::compare::{CompareData, CompareRequest};
 use crate::errors::{TaskError, value_error};
 use crate::frames::FrameData;
 use crate::runs::{RunData, RunRequest};
 use crate::sweeps::{SweepData, SweepRequest};
 
-/// Longest wait of a task for a reader before it looks whether it is stopped.
-const READER_INTERVAL: Duration = Duration::from_millis(20);
-
-/// Message of a task.
-pub struct Message {
-    /// Kind: `begin`, `progress`, `row`, `warning`, `search`, `frame` or `done`.
-    pub kind: &'static str,
-    /// Time of the run (s).
-    pub time: f64,
-    /// Number of steps of the run.
-    pub step: u64,
-    /// Text of the message.
-    pub text: String,
-    /// Frame of a message of that kind.
-    pub frame: Option<Frame>,
-}
-
-impl Message {
-    /// Message without a state of a run.
-    pub fn text(kind: &'static str, text: String) -> Self {
-        Self { kind, time: 0.0, step: 0, text, frame: None }
-    }
-}
-
 /// Kind, time (s), step, text and frame of a message.
 type MessageRow = (&'static str, f64, u64, String, Option<Py<FrameData>>);
-
-/// Messages that Python has not taken.
-#[derive(Default)]
-struct Messages {
-    queue: VecDeque<Message>,
-    is_finished: bool,
-}
-
-/// State shared by the thread of a task and Python.
-#[derive(Default)]
-pub struct Channel {
-    messages: Mutex<Messages>,
-    changed: Condvar,
-    /// Flag that stops the task at its next step.
-    pub stop: Arc<AtomicBool>,
-}
-
-impl Channel {
-    fn messages(&self) -> MutexGuard<'_, Messages> {
-        self.messages.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Sends a message.
-    pub fn send(&self, message: Message) {
-        self.messages().queue.push_back(message);
-        self.changed.notify_all();
-    }
-
-    /// Sends a message, and waits until Python has taken all messages or has stopped the task.
-    pub fn send_and_wait(&self, message: Message) {
-        self.send(message);
-        let mut messages = self.messages();
-        while !messages.queue.is_empty() && !self.stop.load(Ordering::Relaxed) {
-            let waited = self.changed.wait_timeout(messages, READER_INTERVAL);
-            messages = waited.unwrap_or_else(PoisonError::into_inner).0;
-        }
-    }
-
-    fn finish(&self) {
-        self.messages().is_finished = true;
-        self.changed.notify_all();
-    }
-}
 
 /// Finishes a channel when the thread of a task ends, by a panic as well.
 struct Finish(Arc<Channel>);
@@ -213,14 +144,8 @@ impl Task {
     /// Next message: kind, time (s), step, text and frame, waited for at most `seconds`; `None` without one.
     fn wait(&self, py: Python<'_>, seconds: f64) -> PyResult<Option<MessageRow>> {
         self.check_process()?;
-        let found = py.detach(|| {
-            let waits = |messages: &mut Messages| messages.queue.is_empty() && !messages.is_finished;
-            let wait = Duration::from_secs_f64(seconds.clamp(0.0, 60.0));
-            let found = self.channel.changed.wait_timeout_while(self.channel.messages(), wait, waits);
-            let message = found.unwrap_or_else(PoisonError::into_inner).0.queue.pop_front();
-            self.channel.changed.notify_all();
-            message
-        });
+        let wait = Duration::from_secs_f64(seconds.clamp(0.0, 60.0));
+        let found = py.detach(|| self.channel.take(wait));
         let Some(Message { kind, time, step, text, frame }) = found else { return Ok(None) };
         let frame = frame.map(|frame| FrameData::new(py, frame)).transpose()?;
         Ok(Some((kind, time, step, text, frame)))
@@ -228,14 +153,12 @@ impl Task {
 
     /// Whether the work has ended and all its messages were taken.
     fn is_finished(&self) -> bool {
-        let messages = self.channel.messages();
-        messages.is_finished && messages.queue.is_empty()
+        self.channel.is_finished()
     }
 
     /// Stops the work at the next step.
     fn stop(&self) {
-        self.channel.stop.store(true, Ordering::Relaxed);
-        self.channel.changed.notify_all();
+        self.channel.stop();
     }
 
     /// Results of the work, which is waited for.

@@ -10,7 +10,7 @@ ONES = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
 
 @cl.law("python-elastic")
 class Elastic:
-    state = {"work": 0.0}
+    state = {"stored_work": 0.0}
 
     def __init__(self, youngs_modulus, poissons_ratio):
         self.bulk = youngs_modulus / (3 * (1 - 2 * poissons_ratio))
@@ -23,7 +23,7 @@ class Elastic:
         volumetric = strain[:3].sum()
         new = stress + self.bulk * volumetric * ONES + 2 * self.shear * (strain - volumetric / 3 * ONES)
         mean = 0.5 * (new + stress)
-        return new, {"work": state["work"] + mean[:3] @ strain[:3] + 2 * mean[3:] @ strain[3:]}
+        return new, {"stored_work": state["stored_work"] + mean[:3] @ strain[:3] + 2 * mean[3:] @ strain[3:]}
 
 
 ELASTIC = {"youngs_modulus": 2e7, "poissons_ratio": 0.3}
@@ -40,7 +40,7 @@ def test_a_law_agrees_with_the_same_law_of_the_library():
     own, built_in = oedometer(OWN).run(), oedometer(BUILT_IN).run()
     assert np.allclose(own["stress_zz"], built_in["stress_zz"], rtol=1e-9)
     # The state is a column of the path: the work is that of the driver.
-    assert own["work"][-1] == pytest.approx(built_in["work"][-1], rel=1e-6)
+    assert own["stored_work"][-1] == pytest.approx(built_in["work"][-1], rel=1e-6)
 
 
 def test_a_law_runs_in_a_case_and_resumes(tmp_path):
@@ -52,7 +52,7 @@ def test_a_law_runs_in_a_case_and_resumes(tmp_path):
     assert own.steps == built_in.steps
     scale = np.abs(built_in.last.points["stress"]).max()
     assert np.allclose(own.last.points["stress"], built_in.last.points["stress"], atol=1e-9 * scale)
-    assert own.last.points["work"].shape == (len(own.last),)
+    assert own.last.points["stored_work"].shape == (len(own.last),)
 
 
 def test_an_exception_ends_the_test_with_its_traceback():
@@ -73,7 +73,7 @@ def test_an_exception_ends_the_test_with_its_traceback():
 
 @pytest.mark.parametrize(
     ("returned", "text"),
-    [(None, "returns"), ((np.zeros(5), {"work": 0.0}), "six numbers"), ((np.zeros(6), {}), "without"), ((np.full(6, np.nan), {"work": 0.0}), "finite")],
+    [(None, "returns"), ((np.zeros(5), {"stored_work": 0.0}), "six numbers"), ((np.zeros(6), {}), "without"), ((np.full(6, np.nan), {"stored_work": 0.0}), "finite")],
 )
 def test_wrong_returns_are_named(returned, text):
     @cl.law("python-wrong")
@@ -93,6 +93,9 @@ def test_wrong_laws_are_refused():
         cl.law("python-none")(type("Without", (), {"wave_modulus": lambda self, stress, state: 1.0}))
     with pytest.raises(TypeError, match="no named number"):
         cl.law("python-state")(type("State", (Elastic,), {"state": {"a": "text"}}))
+    cl.law("python-name")(type("Name", (Elastic,), {"state": {"work": 0.0}}))
+    with pytest.raises(cl.CaseError, match="rename"):
+        oedometer(OWN | {"law": "python-name"}).run()
     with pytest.raises(cl.CaseError, match="python-missing"):
         oedometer({"model": "external", "law": "python-missing", "density": 2000})
     with pytest.raises(cl.CaseError, match="youngs_modulus"):

@@ -59,6 +59,7 @@ pub use colluvium_points as points;
 pub use colluvium_snow_mpm as snow_mpm;
 #[cfg(feature = "sph")]
 pub use colluvium_sph as sph;
+pub use colluvium_terrain as terrain;
 
 pub use crate::method_choice::{MethodChoiceError, select_method};
 pub use crate::reference::case_reference::case_reference;
@@ -174,7 +175,7 @@ pub fn write_template_files(name: &str, folder: &std::path::Path) -> Result<(), 
     for file in template_files(name) {
         let path = folder.join(file);
         if file == debris_flow::TERRAIN_FILE {
-            colluvium_terrain::write_raster(&path, &debris_flow::terrain())
+            terrain::write_raster(&path, &debris_flow::terrain())
                 .map_err(|error| OutputError::new(&path, error.problem))?;
         } else {
             let text = Template::text_of_file(file)

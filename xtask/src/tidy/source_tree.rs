@@ -7,7 +7,7 @@ use std::path::Path;
 const EXTENSIONS: [&str; 6] = ["rs", "md", "json", "csv", "toml", "py"];
 
 /// Folders that are read, beside the files at the root.
-const FOLDERS: [&str; 4] = ["crates", "docs", "validation", "xtask"];
+const FOLDERS: [&str; 5] = ["crates", "docs", "python", "validation", "xtask"];
 
 /// Text file of the repository.
 pub struct SourceFile {
@@ -31,8 +31,8 @@ pub struct SourceTree {
 }
 
 impl SourceTree {
-    /// Reads the files in the folders of the repository. Build and result folders, which begin with a dot or are named `target`, are left
-    /// out.
+    /// Reads the files in the folders of the repository. Build and result folders, which begin with a dot or are named `dist` or `target`,
+    /// are left out.
     ///
     /// # Errors
     ///
@@ -88,7 +88,7 @@ fn visit(root: &Path, folder: &str, files: &mut Vec<SourceFile>) -> Result<(), S
         let entry = entry.map_err(|error| format!("{folder}: {error}"))?;
         let name = entry.file_name().to_string_lossy().into_owned();
         let path = format!("{folder}/{name}");
-        if name.starts_with('.') || name == "target" {
+        if name.starts_with('.') || ["dist", "target"].contains(&name.as_str()) {
             continue;
         }
         if entry.path().is_dir() {

@@ -29,15 +29,17 @@ const PHRASES: [(&str, &str); 16] = [
 ];
 
 /// Names of files and folders at the root of a crate that need no entry in the glossary: parts of a program, not of the field.
-const PROGRAM_TERMS: [&str; 41] = [
+const PROGRAM_TERMS: [&str; 45] = [
     "allocations",
     "analysis",
     "book",
     "animation",
     "benchmarks",
     "bodies",
+    "channel",
     "charts",
     "checkpoint",
+    "cli",
     "clock",
     "commands",
     "compare",
@@ -59,6 +61,7 @@ const PROGRAM_TERMS: [&str; 41] = [
     "output",
     "pages",
     "pictures",
+    "pool",
     "reference",
     "report",
     "run",
@@ -68,6 +71,7 @@ const PROGRAM_TERMS: [&str; 41] = [
     "solver",
     "speed",
     "struct_of_arrays",
+    "tasks",
     "templates",
     "tidy",
     "validate",

@@ -192,7 +192,7 @@ impl<'m> Run<'m> {
         &self.recorder.table
     }
 
-    /// Advances to the next event, which the observer of the options sees first; `None` after the end.
+    /// Advances to the next event, which is handed to the observer of the options first; `None` after the end.
     ///
     /// # Errors
     /// When the solver, the disk or an equilibrium fails. The files of the run are then complete up to the last output, and marked as

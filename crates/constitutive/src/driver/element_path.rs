@@ -5,8 +5,8 @@ use std::io::Write;
 use crate::driver::ElementSpecimen;
 use crate::{Motion, SymTensor};
 
-/// Columns of every path, with units.
-pub(super) const COLUMNS: [(&str, &str); 26] = [
+/// Columns of every path, with units. Outputs of a law have other names.
+pub const PATH_COLUMNS: [(&str, &str); 26] = [
     ("time", "s"),
     ("strain_xx", ""),
     ("strain_yy", ""),
@@ -191,7 +191,7 @@ impl PathRecorder {
 
     /// Returns the table of the path; the output values of the law are in the last columns.
     pub(super) fn into_path(self, outputs: &[&'static str]) -> ElementPath {
-        let mut columns = COLUMNS.to_vec();
+        let mut columns = PATH_COLUMNS.to_vec();
         columns.extend(outputs.iter().map(|name| (*name, "")));
         ElementPath { columns, rows: self.rows }
     }

@@ -24,7 +24,7 @@ use crate::{
     InitialCondition, Mat3, Material, MaterialError, MaterialSpec, Motion, StateBlock, States, SymTensor,
 };
 
-pub use crate::driver::element_path::{ElementPath, cell};
+pub use crate::driver::element_path::{ElementPath, PATH_COLUMNS, cell};
 pub use crate::driver::loading_path::{ControlledQuantity, LoadingPath};
 pub use crate::driver::standard_plots::{StandardPlot, YieldCurve};
 pub use crate::driver::test_checks::TestProblem;
@@ -284,6 +284,12 @@ impl ElementTest {
                 path: "material".to_owned(),
                 problem: problem.to_owned(),
             }]));
+        }
+        let is_column = |name: &&&str| PATH_COLUMNS.iter().any(|(column, _)| column == *name);
+        if let Some(name) = specimen.material.output_names().iter().find(is_column) {
+            let problem =
+                format!("the output {name:?} of the law has the name of a column of every path: rename it");
+            return Err(DriverError::Invalid(vec![TestProblem { path: "material".to_owned(), problem }]));
         }
         let start = specimen.clone();
         let mut record = PathRecorder::new(&specimen);

@@ -10,8 +10,8 @@ use colluvium::output::run_pictures::view_plane_for_gravity;
 use pyo3::prelude::*;
 
 use crate::cases::read_case;
+use crate::channel::{Channel, Message};
 use crate::errors::TaskError;
-use crate::tasks::{Channel, Message};
 
 /// Comparison and its options.
 pub struct CompareRequest {
