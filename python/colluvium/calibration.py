@@ -170,9 +170,8 @@ def calibrate(
 ) -> Calibration:
     """Finds the material parameters with which tests agree best with data. Needs the extra ``scipy``.
 
-    ``tests`` are element tests by name, or one test. ``data`` has for each a table (a DataFrame, or a dictionary of lists) whose first
-    column is the abscissa, such as ``axial_compression``, and whose others are curves, such as ``q``: columns of the path of the test's last
-    stage. ``free`` has the bounds of each parameter of the material, by its name. ``tolerances`` has the accepted deviation of each curve,
+    ``tests`` are element tests by name, or one test. ``data`` has a table for each, a DataFrame or a dictionary of lists. Its first column is
+    the abscissa, such as ``axial_compression``; the others are curves, such as ``q``: columns of the path of the test's last stage. ``free`` has the bounds of each parameter of the material, by its name. ``tolerances`` has the accepted deviation of each curve,
     in its unit; residuals are scaled by it. The search begins at ``start``, by default in the middle of the bounds, and at ``starts - 1``
     other places.
 

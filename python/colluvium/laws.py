@@ -34,9 +34,9 @@ def law(name: str) -> Callable[[_Law], _Law]:
                     "parameters": {"bulk_modulus": 1e7, "shear_modulus": 5e6}}
 
     The class is called with the parameters of the material. ``state`` has the names and initial values of the internal variables, which are
-    fields of the results. ``update`` gets the strain increment and the stress (Pa) before it, each as xx, yy, zz, xy, yz, zx (tensor shear,
-    tension-positive, in a frame that rotates with the material), the internal variables, and the time step (s); it returns the new stress
-    and the new internal variables. ``wave_modulus`` returns an upper bound of the stiffness in compression (Pa), which limits the time step.
+    fields of the results. ``update`` gets the strain increment, the stress before it (Pa), the internal variables and the time step (s). It
+    returns the new stress and the new internal variables. Tensors are xx, yy, zz, xy, yz, zx, with tensor shear, tension-positive, in a frame
+    that rotates with the material. ``wave_modulus`` returns an upper bound of the stiffness in compression (Pa), which limits the time step.
 
     An exception in the law ends the run or the test with a ``SolverError``, whose cause it is. A law in Python takes about 10 µs per point
     and step, on one core at a time: it serves element tests and small cases.

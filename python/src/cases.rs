@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use colluvium::case::files::json;
 use colluvium::case::{Case, CaseErrors};
+use colluvium::output::raster_maps::{Ring, case_outlines};
 use pyo3::prelude::*;
 use serde_json::json;
 
@@ -65,13 +66,10 @@ pub fn plan(py: Python<'_>, text: &str, folder: PathBuf, method: Option<&str>) -
 /// # Errors
 /// As `check`.
 #[pyfunction]
-pub fn outlines(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<(Rings, Rings)> {
+pub fn outlines(py: Python<'_>, text: &str, folder: PathBuf) -> PyResult<[Vec<Ring>; 2]> {
     let case = in_pool(py, || read_case(text, &folder))?.map_err(|errors| case_error(&errors))?;
-    Ok(colluvium::output::raster_maps::case_outlines(&case))
+    Ok(case_outlines(&case))
 }
-
-/// Closed lines in plan (m).
-type Rings = Vec<Vec<[f64; 2]>>;
 
 /// Names of the methods.
 #[pyfunction]

@@ -45,7 +45,21 @@ pub fn crate_graph(root: &Path) -> Result<Vec<RuleViolation>, String> {
             findings.push(RuleViolation::new(RULE_NAME, &manifest, 0, "has lints of its own".to_owned()));
         }
     }
+    findings.extend(python_dependencies(root)?);
     Ok(findings)
+}
+
+/// Violations of the Python package, whose workspace is its own: it depends on the facade alone.
+fn python_dependencies(root: &Path) -> Result<Vec<RuleViolation>, String> {
+    let manifest = "python/Cargo.toml";
+    let text = fs::read_to_string(root.join(manifest)).map_err(|error| format!("{manifest}: {error}"))?;
+    let lines = text.lines().zip(1..);
+    let others = lines.filter(|(line, _)| line.starts_with("colluvium-") && line.contains("path ="));
+    let violation = |(line, number): (&str, usize)| {
+        let name = line.split_whitespace().next().unwrap_or_default();
+        RuleViolation::new(RULE_NAME, manifest, number, format!("depends on {name}, not on the facade alone"))
+    };
+    Ok(others.map(violation).collect())
 }
 
 /// Violations by dependencies that users of the methods as libraries would build without need.
@@ -141,8 +155,9 @@ fn allowed_dependencies(folder: &str) -> Option<&'static [&'static str]> {
 
 /// External dependencies that at most one crate below the facade may have. Output belongs to `case`, pictures to `plots`, and the command
 /// line to the facade.
-const EXCLUSIVE_DEPENDENCIES: [(&str, Option<&str>); 5] = [
+const EXCLUSIVE_DEPENDENCIES: [(&str, Option<&str>); 6] = [
     ("clap", None),
+    ("pyo3", None),
     ("plotters", Some("plots")),
     ("vtkio", Some("case")),
     ("csv", Some("case")),
@@ -150,7 +165,7 @@ const EXCLUSIVE_DEPENDENCIES: [(&str, Option<&str>); 5] = [
 ];
 
 /// Dependencies of programs that a library user of a method does not build.
-const PROGRAM_DEPENDENCIES: [&str; 6] = ["clap", "ctrlc", "gif", "plotters", "png", "sysinfo"];
+const PROGRAM_DEPENDENCIES: [&str; 7] = ["clap", "ctrlc", "gif", "plotters", "png", "pyo3", "sysinfo"];
 
 /// All allowed dependencies of the constitutive core: a finite-element code uses it alone.
 const CORE_DEPENDENCIES: [&str; 7] =

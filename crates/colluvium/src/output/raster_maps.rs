@@ -108,9 +108,12 @@ fn terrain_heights(case: &Case) -> Result<Option<MapCells>, CaseError> {
 }
 
 /// Outlines of a case in map coordinates (m): those of the layers of its bodies, and those of the observed event.
-pub fn case_outlines(case: &Case) -> (Vec<Vec<[f64; 2]>>, Vec<Vec<[f64; 2]>>) {
-    (release_outlines(case), observed_outlines(case))
+pub fn case_outlines(case: &Case) -> [Vec<Ring>; 2] {
+    [release_outlines(case), observed_outlines(case)]
 }
+
+/// Closed line in plan (m).
+pub type Ring = Vec<[f64; 2]>;
 
 /// Outlines of the layers of the bodies (m), in map coordinates.
 fn release_outlines(case: &Case) -> Vec<Vec<[f64; 2]>> {

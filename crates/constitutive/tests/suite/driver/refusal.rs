@@ -10,12 +10,16 @@ use colluvium_constitutive::{
 };
 use serde_json::{Map, Value, json};
 
-/// Linear elastic law without a solution beyond 1 % of stretch in y.
-struct Stubborn(Elasticity);
+/// Linear elastic law without a solution beyond 1 % of stretch in y, with the names of its outputs.
+struct Stubborn(Elasticity, &'static [&'static str]);
 
 impl Law for Stubborn {
     fn name(&self) -> &'static str {
         "stubborn"
+    }
+
+    fn output_names(&self) -> &[&'static str] {
+        self.1
     }
 }
 
@@ -58,7 +62,7 @@ impl MaterialFactory for StubbornLaw {
     }
 
     fn build(&self, _: f64, _: &Map<String, Value>) -> Result<Arc<dyn Material>, MaterialError> {
-        Ok(Arc::new(Corotational(Stubborn(Elasticity::new(YOUNG, 0.3)?))))
+        Ok(Arc::new(Corotational(Stubborn(Elasticity::new(YOUNG, 0.3)?, &[]))))
     }
 }
 
@@ -106,4 +110,17 @@ fn a_law_that_fails_on_prescribed_strains_is_no_limit_load() {
             assert!((reached - 0.01).abs() < 1e-4, "{said}: {reached}");
         }
     }
+}
+
+#[test]
+fn an_output_with_the_name_of_a_column_is_refused() {
+    let run = |outputs: &'static [&'static str]| {
+        let law = Stubborn(Elasticity::new(YOUNG, 0.3).unwrap(), outputs);
+        let test = ElementTest::of_law("stubborn", 2000.0, Arc::new(Corotational(law)));
+        let path = LoadingPath::Oedometer { axial_compression: 1e-3 };
+        test.stage(TestStage::new(path)).run().map(|path| path.columns.len())
+    };
+    assert_eq!(run(&["stretch"]), Ok(run(&[]).unwrap() + 1));
+    let refused = run(&["stretch", "work"]).unwrap_err().to_string();
+    assert!(refused.contains("\"work\"") && refused.contains("rename"), "{refused}");
 }
