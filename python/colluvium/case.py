@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import json
 import os
 import tempfile
@@ -55,6 +56,10 @@ class Case:
     @classmethod
     def template(cls, name: str, folder: str | os.PathLike[str] | None = None) -> Case:
         """A template of ``colluvium new``. Files that it needs are written into ``folder``, or into a temporary one."""
+        if name not in templates():
+            near = difflib.get_close_matches(str(name), templates(), 1)
+            hint = f"did you mean {near[0]!r}? " if near else ""
+            raise ValueError(f"{name!r} is not a template of a case; {hint}there are {', '.join(templates())}")
         text = _native.template(name)
         if not _native.template_files(name):
             return cls(text)
@@ -123,6 +128,10 @@ class Case:
             with_value(changed, path, plain(value, path))
         _native.check(json.dumps(changed, allow_nan=False), self._folder)
         self._value = changed
+
+    def __getstate__(self) -> dict[str, Any]:
+        # The temporary folder of a template is removed by the case that has made it.
+        return self.__dict__ | {"_files": None}
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Case) and self._value == other._value and self._folder == other._folder

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .element_tests import ElementPath
@@ -30,6 +30,8 @@ class CaseError(ValueError):
 class SolverError(RuntimeError):
     """A solver or an element test has failed. Step, time (s), point and position (m) are ``None`` where they are unknown.
 
+    ``code`` is the stable code of the error, which ``colluvium explain CODE`` explains.
+
     ``path`` has the rows of an element test before the failure, ``result`` the part of a run. The cause of a failed law in Python is its
     exception.
     """
@@ -38,6 +40,7 @@ class SolverError(RuntimeError):
     time: float | None
     point: int | None
     position: tuple[float, float, float] | None
+    code: str
     path: ElementPath | None
     result: RunResult | None
 
@@ -48,14 +51,20 @@ class SolverError(RuntimeError):
         time: float | None = None,
         point: int | None = None,
         position: Sequence[float] | None = None,
+        code: str = "",
     ) -> None:
         super().__init__(text)
         self.step = step
         self.time = time
         self.point = point
         self.position = None if position is None else (position[0], position[1], position[2])
+        self.code = code
         self.path = None
         self.result = None
+        self._part: Any = None
+
+    def __reduce__(self) -> tuple[type[SolverError], tuple[Any, ...]]:
+        return SolverError, (str(self), self.step, self.time, self.point, self.position, self.code)
 
 
 class OutputError(OSError):

@@ -23,6 +23,7 @@ LABELS = {
     "final_thickness_vertical": "final vertical thickness (m)",
     "peak_velocity": "largest velocity (m/s)",
     "peak_dynamic_pressure": "largest dynamic pressure (Pa)",
+    "final_velocity": "final velocity (m/s)",
     "arrival_time": "arrival time (s)",
 }
 
@@ -30,6 +31,8 @@ LABELS = {
 def to_data_array(raster: _native.RasterData) -> xarray.DataArray:
     """A raster with its coordinates, unit and EPSG number, as rioxarray reads them."""
     xarray = extra("xarray")
+    # Files of results do not have units.
+    unit = raster.unit or LABELS.get(raster.name, "").partition(" (")[2].rstrip(")")
     (west, south), (dx, dy) = raster.nodes
     values = raster.values()
     found = xarray.DataArray(
@@ -40,7 +43,7 @@ def to_data_array(raster: _native.RasterData) -> xarray.DataArray:
             "x": ("x", west + dx * np.arange(values.shape[1]), {"units": "m"}),
         },
         name=raster.name,
-        attrs={"units": raster.unit, "long_name": LABELS.get(raster.name, raster.name)},
+        attrs={"units": unit, "long_name": LABELS.get(raster.name, raster.name)},
     )
     crs = f"EPSG:{raster.epsg}" if raster.epsg else raster.crs
     if crs:
@@ -106,6 +109,8 @@ def draw_map(
 ) -> Path:
     """Draws a raster of a run over its terrain and outlines, as the picture ``file`` (SVG or PNG), and returns its path.
 
+    Without ``file`` the picture is ``RASTER.png`` in the working folder.
+
     ``raster`` is the name of a raster of the run, by default the first, or an array, such as an exceedance probability.
     """
     from .results import RunResult, open_run
@@ -113,11 +118,11 @@ def draw_map(
     result = run if isinstance(run, RunResult) else open_run(run)
     if isinstance(raster, str):
         known = result.rasters
-        if not known:
+        if not len(known):
             raise ValueError("the run has no rasters: give its case output.rasters, and a method with a depth")
-        name = raster or ("peak_thickness_vertical" if "peak_thickness_vertical" in known else next(iter(known)))
+        name = raster or ("peak_thickness_vertical" if "peak_thickness_vertical" in known else str(next(iter(known))))
         if name not in known:
-            raise ValueError(f"{name!r} is not a raster of the run; there are {', '.join(known)}")
+            raise ValueError(f"{name!r} is not a raster of the run; there are {', '.join(str(one) for one in known)}")
         raster = known[name]
     if result.case is None:
         raise ValueError("the run has no case")

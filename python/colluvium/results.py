@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import numpy as np
 
 from . import _native
 from ._extras import extra
+from .errors import OutputError
 from .rasters import to_data_array
 
 if TYPE_CHECKING:
@@ -21,6 +23,10 @@ if TYPE_CHECKING:
     import xarray
 
     from .case import Case
+
+
+#: Dimensions of the components of vectors and tensors for xarray, with their labels.
+_COMPONENTS = {3: ("axis", ["x", "y", "z"]), 6: ("component", ["xx", "yy", "zz", "xy", "yz", "zx"])}
 
 
 class Points(Mapping[str, np.ndarray]):
@@ -35,6 +41,10 @@ class Points(Mapping[str, np.ndarray]):
     def __init__(self, data: _native.DatasetData) -> None:
         self._data = data
         self._own = self._OWN if data.kind == "points" else {}
+
+    def __reduce__(self) -> tuple[type[Points], tuple[Any]]:
+        data: Any = self._data
+        return Points, (data if isinstance(data, _DatasetArrays) else _DatasetArrays(data),)
 
     def __getitem__(self, name: str) -> np.ndarray:
         own = self._own.get(name)
@@ -57,6 +67,24 @@ class Points(Mapping[str, np.ndarray]):
         return f"Points({', '.join(self)})"
 
 
+class _DatasetArrays:
+    """Data of a dataset in arrays of their own, as a process sends them to another."""
+
+    def __init__(self, data: _native.DatasetData) -> None:
+        self.name, self.kind, self.fields = data.name, data.kind, data.fields
+        own = {"points": ["ids", "bodies", "positions", "extents"], "mesh": ["positions", "corners", "ends"], "lattice": ["nodes", "mask"]}
+        for name in own.get(self.kind, ["nodes"]):
+            value = getattr(data, name)
+            setattr(self, name, np.array(value) if isinstance(value, np.ndarray) else value)
+        self._values = {name: np.array(data.field(name)) for name, _ in data.fields}
+
+    def field(self, name: str) -> np.ndarray:
+        """Values of a field."""
+        if name not in self._values:
+            raise KeyError(f"{name!r} is not a field of {self.name!r}; there are {', '.join(self._values)}")
+        return self._values[name]
+
+
 class Dataset:
     """Fields on points, on the nodes of a lattice or a raster, or on the cells of a mesh, as ``kind`` says."""
 
@@ -65,6 +93,10 @@ class Dataset:
         self.name: str = data.name
         self.kind: str = data.kind
         self.fields: Points = Points(data)
+
+    def __reduce__(self) -> tuple[type[Dataset], tuple[Any]]:
+        data: Any = self._data
+        return Dataset, (data if isinstance(data, _DatasetArrays) else _DatasetArrays(data),)
 
     @property
     def vertices(self) -> np.ndarray:
@@ -128,14 +160,22 @@ class Dataset:
         xarray = extra("xarray")
         low, spacing, count = self._data.nodes
         axes = [axis for axis in range(3) if count[axis] > 1] or [0]
-        coordinates = {"xyz"[axis]: low[axis] + spacing[axis] * np.arange(count[axis]) for axis in axes}
+        coordinates: dict[str, Any] = {"xyz"[axis]: low[axis] + spacing[axis] * np.arange(count[axis]) for axis in axes}
         names = [name for name in "zyx" if name in coordinates]
+        mask = np.array(self._data.mask if self.kind == "lattice" else [], dtype=bool)
         shape = [len(coordinates[name]) for name in names]
+        if not len(mask) and "density" in self.fields and self.kind == "lattice":
+            # Nodes without material have no values.
+            mask = self.fields["density"] > 0.0
         variables = {}
         for name, values in self.fields.items():
-            tail = [] if values.ndim == 1 else [f"component_{values.shape[1]}"]
+            tail = [] if values.ndim == 1 else [_COMPONENTS[values.shape[1]][0]]
             unit = {"units": self.fields.units[name]}
-            variables[name] = (names + tail, np.array(values).reshape(shape + list(values.shape[1:])), unit)
+            kept = np.array(values)
+            if kept.dtype.kind == "f" and len(mask):
+                kept[~mask] = np.nan
+            variables[name] = (names + tail, kept.reshape(shape + list(values.shape[1:])), unit)
+            coordinates |= dict([_COMPONENTS[values.shape[1]]]) if tail else {}
         return xarray.Dataset(variables, coordinates)
 
     def __repr__(self) -> str:
@@ -209,6 +249,17 @@ class Safety:
     text: str
 
 
+def _recorded_safety(found: dict[str, Any]) -> Safety:
+    """Factor of safety in the summary of a run."""
+    stable, failing = found.get("stable"), found.get("failed")
+    return Safety(
+        factor=found.get("factor"),
+        stable=0.0 if stable is None else stable,
+        failing=float("inf") if failing is None else failing,
+        text=found.get("told", ""),
+    )
+
+
 def table(rows: np.ndarray, columns: Sequence[tuple[str, str]]) -> pandas.DataFrame:
     """A table with the units of its columns in ``attrs``."""
     found = extra("pandas").DataFrame(rows.copy(), columns=[name for name, _ in columns])
@@ -246,13 +297,17 @@ class RunResult:
         self.last: Frame | None = Frame(data.take_last())
 
     @classmethod
-    def of_failure(cls, method: str, kept: list[Frame], case: Case | None, folder: Path | None) -> RunResult:
-        """Frames of a run that failed."""
+    def of_failure(
+        cls, method: str, kept: list[Frame], case: Case | None, folder: Path | None, part: Any = None
+    ) -> RunResult:
+        """Frames of a run that failed, and its measures and steps before the failure."""
         result = cls.__new__(cls)
         result.method, result.case, result.folder, result.error = method, case, folder, "the run failed"
         result.is_interrupted, result.steps, result.wall, result.hash = False, 0, float("nan"), ""
         result.warnings, result.notes, result.safety = [], [], {}
         result._columns, result._rows, result._rasters = [], np.zeros((0, 0)), []
+        if part is not None:
+            (result._columns, result._rows), result.steps = part
         result.frames, result.last = kept, kept[-1] if kept else None
         return result
 
@@ -261,13 +316,17 @@ class RunResult:
         """The run in a folder."""
         from .case import Case
 
+        if not (folder / "summary.json").exists():
+            raise OutputError(f"{folder}: contains no run (summary.json is missing)", folder)
         data = _native.open_run(folder)
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
         result = cls.of_failure(data.method, [], Case(folder / "case.json", check=False), folder)
         status, reason = data.status
         result.error = reason
         result.is_interrupted = status in ("running", "interrupted")
         result.warnings = data.warnings
         result._columns, result._rows = data.measures()
+        result.safety = {name: _recorded_safety(found) for name, found in summary.get("factors_of_safety", {}).items()}
         steps = result.columns.get("step")
         result.steps = int(steps[-1]) if steps is not None and len(steps) else 0
         result.frames = _FolderFrames(data)
@@ -275,6 +334,10 @@ class RunResult:
         rasters = sorted((folder / "rasters").glob("*.tif"))
         result._rasters = [_native.read_raster(file) for file in rasters]
         return result
+
+    def __getstate__(self) -> dict[str, Any]:
+        rasters = [one if isinstance(one, _RasterValues) else _RasterValues(one) for one in self._rasters]
+        return self.__dict__ | {"_rasters": rasters, "frames": list(self.frames)}
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
@@ -292,13 +355,25 @@ class RunResult:
         return table(self._rows, self._columns)
 
     @property
-    def rasters(self) -> dict[str, xarray.DataArray]:
-        """Rasters at the end, with the coordinates of the map and the EPSG number. Needs the extra ``xarray``."""
-        return {one.name: to_data_array(one) for one in self._rasters}
+    def rasters(self) -> xarray.Dataset:
+        """Rasters at the end by name, with the coordinates of the map and the EPSG number. Needs the extra ``xarray``."""
+        return extra("xarray").Dataset({one.name: to_data_array(one) for one in self._rasters})
 
     def __repr__(self) -> str:
         state = "failed" if self.error else "interrupted" if self.is_interrupted else "completed"
         return f"RunResult({self.method}, {state}, {self.steps} steps, {len(self.frames)} frames)"
+
+
+class _RasterValues:
+    """Data of a raster in arrays of their own, as a process sends them to another."""
+
+    def __init__(self, raster: _native.RasterData) -> None:
+        self.name, self.unit, self.nodes, self.epsg, self.crs = raster.name, raster.unit, raster.nodes, raster.epsg, raster.crs
+        self._values = raster.values()
+
+    def values(self) -> np.ndarray:
+        """Values, one row per y from the smallest."""
+        return self._values.copy()
 
 
 class _FolderFrames(Sequence[Frame]):
@@ -310,6 +385,9 @@ class _FolderFrames(Sequence[Frame]):
 
     def __len__(self) -> int:
         return self._count
+
+    def __repr__(self) -> str:
+        return f"{self._count} frames, read from their files when they are asked for"
 
     @overload
     def __getitem__(self, number: int) -> Frame: ...

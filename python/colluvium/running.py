@@ -18,6 +18,9 @@ from .results import Frame, RunResult, Safety
 #: Time (s) between two looks at signals while a run goes on.
 _SIGNAL_INTERVAL = 0.05
 
+#: Result of a callback that stops the run.
+_STOP = False
+
 CaseLike = Case | Mapping[str, Any] | str | os.PathLike[str]
 Progress = bool | Callable[[float, float, int], object] | None
 
@@ -37,6 +40,8 @@ class ProgressBar:
     """A line on standard error, or calls of a function, while work goes on."""
 
     def __init__(self, progress: Progress, unit: str = "s") -> None:
+        if not (progress is None or isinstance(progress, bool) or callable(progress)):
+            raise TypeError("progress is True, False, or a function of time, end and step")
         self._unit = unit
         self._is_drawn = False
         self._call: Callable[[float, float, int], object] | None
@@ -55,10 +60,9 @@ class ProgressBar:
         sys.stderr.flush()
         self._is_drawn = True
 
-    def show(self, done: float, end: float, step: int) -> None:
-        """Shows how far the work is."""
-        if self._call is not None:
-            self._call(done, end, step)
+    def show(self, done: float, end: float, step: int) -> object:
+        """Shows how far the work is, and returns the result of the function."""
+        return None if self._call is None else self._call(done, end, step)
 
     def say(self, line: str) -> None:
         """Prints a line above the bar."""
@@ -70,6 +74,14 @@ class ProgressBar:
         if self._is_drawn:
             sys.stderr.write("\n")
             sys.stderr.flush()
+
+
+def _take_frames(task: _native.Task, kept: list[Frame] | None) -> None:
+    """Takes the frames of a task that has been told to stop."""
+    while not task.is_finished():
+        message = task.wait(_SIGNAL_INTERVAL)
+        if message is not None and message[4] is not None and kept is not None:
+            kept.append(Frame(message[4]))
 
 
 def messages(task: _native.Task) -> Iterator[tuple[str, float, int, str, _native.FrameData | None]]:
@@ -100,8 +112,9 @@ def run(
 
     ``out`` is the folder of the files; without it nothing is written. ``resume`` continues the interrupted run in it, ``overwrite`` replaces
     it. ``threads`` are all cores by default, and results do not depend on them. ``progress`` shows a bar (by default in a terminal or a
-    notebook), or is called with time (s), end (s) and step. ``on_frame`` is called with each frame; an exception in it stops the run.
-    Frames are in the result unless ``keep_frames`` is false.
+    notebook), or is called with time (s), end (s) and step. ``on_frame`` is called with each frame. A callback that returns ``False`` stops
+    the run, whose result is then that of an interrupted run; an exception in it stops the run and comes out. Frames are in the result unless
+    ``keep_frames`` is false.
 
     Ctrl-C stops the run at the next step, with a checkpoint in ``out``. ``KeyboardInterrupt`` then has the part that is done as ``result``.
 
@@ -124,11 +137,15 @@ class _RunOptions:
 def _run(case: Case, method: str | None, folder: Path | None, options: _RunOptions, level: int) -> RunResult:
     """Runs a case; warnings name the line that is ``level`` calls above."""
     keep_frames, on_frame = options.keep_frames, options.on_frame
+    if options.resume and folder is None:
+        raise ValueError("resume: continues the run in a folder; give out=")
+    if on_frame is not None and not callable(on_frame):
+        raise TypeError("on_frame is no function of a frame")
     wants_frames = keep_frames or on_frame is not None
+    bar = ProgressBar(options.progress)
     task = _native.Task.run(
         case.to_json(), case.folder, method, folder, options.threads, options.resume, options.overwrite, wants_frames, False
     )
-    bar = ProgressBar(options.progress)
     name, end = method or "", 0.0
     kept: list[Frame] = []
     try:
@@ -143,15 +160,17 @@ def _run(case: Case, method: str | None, folder: Path | None, options: _RunOptio
                 frame = Frame(data)
                 if keep_frames:
                     kept.append(frame)
-                if on_frame is not None:
-                    on_frame(frame)
-                bar.show(time, end, step)
-            else:
-                bar.show(time, end, step)
+                if on_frame is not None and on_frame(frame) is _STOP:
+                    task.stop()
+                if bar.show(time, end, step) is _STOP:
+                    task.stop()
+            elif bar.show(time, end, step) is _STOP:
+                task.stop()
     except KeyboardInterrupt as interrupt:
         task.stop()
         bar.close()
         try:
+            _take_frames(task, kept if keep_frames else None)
             interrupt.result = RunResult(task.result(), name, kept, case, folder)  # type: ignore[attr-defined]
         except Exception as error:
             interrupt.result = None  # type: ignore[attr-defined]
@@ -170,7 +189,8 @@ def _run(case: Case, method: str | None, folder: Path | None, options: _RunOptio
     try:
         found = task.result()
     except SolverError as error:
-        error.result = RunResult.of_failure(name, kept, case, folder)
+        error.result = RunResult.of_failure(name, kept, case, folder, error._part)
+        error._part = None
         raise
     result = RunResult(found, name, kept, case, folder)
     for code, text in result.warnings:
@@ -192,6 +212,8 @@ def frames(
     Arguments and exceptions are those of `run`.
     """
     case = as_case(case)
+    if resume and out is None:
+        raise ValueError("resume: continues the run in a folder; give out=")
     task = _native.Task.run(case.to_json(), case.folder, method, _folder(out), threads, resume, overwrite, True, True)
     return _frames(task)
 

@@ -95,13 +95,17 @@ def sweep(
 ) -> Sweep:
     """Runs a case over values of its parameters, `jobs` runs at a time, and writes tables, pictures and rasters into ``out``.
 
-    ``parameters`` has for each name the paths that it sets (``at``) and its ``values`` or its ``range``. ``plan``, ``targets``,
+    ``parameters`` has for each name the path or the list of paths that it sets (``at``), and its ``values`` or its ``range``. ``plan``, ``targets``,
     ``exceedance``, ``intensities`` and ``convergence`` are those of a sweep's file. ``progress`` is as for `run`, in runs.
 
     Failed runs do not stop the others: a ``ColluviumWarning`` counts them. Ctrl-C leaves checkpoints: continue with ``resume=True``.
     """
     case = as_case(case)
-    value: dict[str, Any] = {"title": title, "case": "case.json", "parameters": parameters}
+    named = {
+        name: {**one, "at": [one["at"]]} if isinstance(one, Mapping) and isinstance(one.get("at"), str) else one
+        for name, one in parameters.items()
+    }
+    value: dict[str, Any] = {"title": title, "case": "case.json", "parameters": named}
     others = {"plan": plan, "targets": targets, "exceedance": exceedance, "intensities": list(intensities), "convergence": convergence}
     value |= {name: other for name, other in others.items() if other}
     text = json.dumps(plain(value, ""), allow_nan=False)

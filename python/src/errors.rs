@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 use colluvium::MethodChoiceError;
-use colluvium::case::output::OutputError;
+use colluvium::case::output::{OutputError, Table};
 use colluvium::case::run::RunError;
 use colluvium::case::{CaseError, CaseErrors, SolverError};
 use colluvium::compare::CompareError;
@@ -13,6 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use crate::law_errors;
+use crate::tables::table_array;
 
 /// Error of a run, a sweep or a comparison.
 pub enum TaskError {
@@ -20,6 +21,8 @@ pub enum TaskError {
     Case(CaseErrors),
     /// The run failed.
     Run(RunError),
+    /// The run failed after its start, with its measures and its number of steps.
+    Stopped(Box<RunError>, Box<(Table, u64)>),
     /// The sweep could not go on.
     Sweep(SweepError),
     /// There is no comparison.
@@ -76,6 +79,7 @@ impl TaskError {
         match &self {
             Self::Case(errors) => case_error(errors),
             Self::Run(error) => run_error(error),
+            Self::Stopped(error, part) => with_part(run_error(error), part),
             Self::Sweep(SweepError::Output(error)) => output_error(error),
             Self::Sweep(error @ SweepError::Folder { path, .. }) => folder_error(error, path),
             Self::Sweep(error) => value_error(error),
@@ -85,6 +89,17 @@ impl TaskError {
             Self::Method(error) => value_error(error),
         }
     }
+}
+
+/// Exception with the measures and the number of steps of the run before it.
+fn with_part(error: PyErr, (table, steps): &(Table, u64)) -> PyErr {
+    Python::attach(|py| {
+        let set = || -> PyResult<()> {
+            let value = error.value(py);
+            value.setattr("_part", (table_array(py, table.columns.clone(), &table.rows)?, *steps))
+        };
+        set().map_or_else(|failed| failed, |()| error.clone_ref(py))
+    })
 }
 
 /// Exception of a class of `colluvium.errors`; an import error where the class is missing.
@@ -100,9 +115,16 @@ fn exception(class: &str, arguments: impl FnOnce(Python<'_>) -> PyResult<Py<PyTu
 
 /// `CaseError` with the path and the text of each problem.
 pub fn case_error(errors: &CaseErrors) -> PyErr {
-    let problems: Vec<(String, String)> =
-        errors.0.iter().map(|error| (error.path.clone(), error.kind.to_string())).collect();
-    exception("CaseError", |py| Ok((problems,).into_pyobject(py)?.unbind()))
+    let mut cause = None;
+    let mut problem = |error: &CaseError| {
+        let (text, found) = law_errors::without_number(&error.kind.to_string());
+        cause = cause.take().or(found);
+        (error.path.clone(), text)
+    };
+    let problems: Vec<(String, String)> = errors.0.iter().map(&mut problem).collect();
+    let error = exception("CaseError", |py| Ok((problems,).into_pyobject(py)?.unbind()));
+    Python::attach(|py| error.set_cause(py, cause));
+    error
 }
 
 /// `ValueError` with a text.
@@ -122,25 +144,26 @@ pub fn folder_error(problem: &dyn Display, path: &std::path::Path) -> PyErr {
 }
 
 /// `SolverError` with step, time (s), point and position (m), where they are known; its cause is the exception of a law in Python.
-pub fn failure(text: String, state: Option<(u64, f64, u64, [f64; 3])>) -> PyErr {
+pub fn failure(text: String, code: &str, state: Option<(u64, f64, u64, [f64; 3])>) -> PyErr {
     let (text, cause) = law_errors::without_number(&text);
     let (step, time, point, position) = match state {
         Some((step, time, point, position)) => (Some(step), Some(time), Some(point), Some(position)),
         None => (None, None, None, None),
     };
-    let error =
-        exception("SolverError", |py| Ok((text, step, time, point, position).into_pyobject(py)?.unbind()));
+    let error = exception("SolverError", |py| {
+        Ok((text, step, time, point, position, code).into_pyobject(py)?.unbind())
+    });
     Python::attach(|py| error.set_cause(py, cause));
     error
 }
 
 /// Exception of a failed solver.
-fn solver_error(error: &SolverError, text: String) -> PyErr {
+fn solver_error(error: &SolverError, code: &str, text: String) -> PyErr {
     let state = match error {
         SolverError::Point { step, time, point, position, .. } => Some((*step, *time, *point, *position)),
         _ => None,
     };
-    failure(text, state)
+    failure(text, code, state)
 }
 
 /// Exception of a failed run.
@@ -152,8 +175,8 @@ fn run_error(error: &RunError) -> PyErr {
             folder_error(&format!("{}: {problem}", path.display()), path)
         }
         RunError::Solver(source) | RunError::Stopped { source, .. } => {
-            solver_error(source, error.to_string())
+            solver_error(source, error.code(), error.to_string())
         }
-        other => failure(other.to_string(), None),
+        other => failure(other.to_string(), other.code(), None),
     }
 }

@@ -1,12 +1,48 @@
 //! Exceptions of laws in Python, which come out as the causes of errors.
 
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
-use pyo3::PyErr;
+use pyo3::prelude::*;
 
 /// Exceptions of laws that nobody has received yet, by their numbers in texts.
 static EXCEPTIONS: Mutex<(u64, BTreeMap<u64, PyErr>)> = Mutex::new((0, BTreeMap::new()));
+
+thread_local! {
+    /// First exception of a law in the element test of this thread.
+    static FIRST: RefCell<Option<PyErr>> = const { RefCell::new(None) };
+    /// Whether an element test runs on this thread.
+    static TESTS: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Calls a function that runs an element test on this thread, and returns its result with the first exception of a law.
+pub fn with_first<T>(test: impl FnOnce() -> T) -> (T, Option<PyErr>) {
+    FIRST.take();
+    TESTS.set(true);
+    let result = test();
+    TESTS.set(false);
+    (result, FIRST.take())
+}
+
+/// Whether an element test runs on this thread.
+pub fn is_testing() -> bool {
+    TESTS.get()
+}
+
+/// Whether a law on this thread has raised an exception that nobody has taken.
+pub fn has_first() -> bool {
+    FIRST.with_borrow(Option::is_some)
+}
+
+/// Keeps the first exception of a law on this thread, so that it ends an element test whose driver goes on.
+pub fn keep_first(error: &PyErr) {
+    FIRST.with_borrow_mut(|first| {
+        if first.is_none() {
+            *first = Python::attach(|py| Some(error.clone_ref(py)));
+        }
+    });
+}
 
 /// Marks of the number of an exception in a text.
 const MARKS: [&str; 2] = ["\u{2}exception ", "\u{3}"];

@@ -14,7 +14,7 @@ use pyo3::types::{PyDict, PyTuple};
 use serde_json::{Map, Value};
 
 use crate::errors::value_error;
-use crate::law_errors::keep_exception;
+use crate::law_errors::{has_first, is_testing, keep_exception, keep_first};
 
 /// Fields of points that every method has.
 const FIELDS: [&str; 12] = [
@@ -40,6 +40,8 @@ struct PythonLaw {
     names: Vec<&'static str>,
     /// Their initial values.
     start: Vec<f64>,
+    /// Whether the law is that of an element test.
+    is_tested: bool,
 }
 
 impl PythonLaw {
@@ -129,8 +131,15 @@ impl SmallStrain for PythonLaw {
         motion: &Motion,
         old: &Point<Vec<f64>>,
     ) -> Result<Point<Vec<f64>>, MaterialError> {
+        let failed = |reason: String| MaterialError::Update { law: self.name.to_owned(), reason };
+        if self.is_tested && has_first() {
+            return Err(failed("an exception has ended the test".to_owned()));
+        }
         Python::attach(|py| self.call_update(py, strain, motion.dt, old)).map_err(|error| {
-            MaterialError::Update { law: self.name.to_owned(), reason: keep_exception(error) }
+            if self.is_tested {
+                keep_first(&error);
+            }
+            failed(keep_exception(error))
         })
     }
 
@@ -186,6 +195,7 @@ impl PythonFactory {
         let names = state.iter().map(|(name, _)| -> &'static str { String::leak(name.clone()) });
         Ok(PythonLaw {
             name: self.name,
+            is_tested: is_testing(),
             names: names.collect(),
             start: state.iter().map(|(_, value)| *value).collect(),
             object: object.unbind(),
@@ -202,8 +212,8 @@ impl MaterialFactory for PythonFactory {
         let law = Python::attach(|py| self.law(py, parameters)).map_err(|error| {
             MaterialError::IncompatibleOptions {
                 model: "",
-                field: "class".to_owned(),
-                rule: error.to_string(),
+                field: String::new(),
+                rule: keep_exception(error),
             }
         })?;
         Ok(Arc::new(Corotational(law)))

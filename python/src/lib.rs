@@ -15,6 +15,7 @@ mod pages;
 mod pool;
 mod runs;
 mod sweeps;
+mod tables;
 mod tasks;
 
 use std::ffi::OsString;

@@ -15,7 +15,7 @@ use crate::cases::read_case;
 use crate::errors::{case_error, folder_error, output_error, value_error};
 use crate::frames::{FrameData, RasterData};
 use crate::pool::in_pool;
-use crate::runs::{TableArray, table_array};
+use crate::tables::{TableArray, table_array};
 
 /// Writes the report of a run, and returns its file with the codes and texts of its warnings.
 ///

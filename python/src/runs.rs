@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 
 use colluvium::case::run::{Run, RunEnd, RunEvent, RunReport, SafetyResult};
 use colluvium::case::{Case, PlanRaster, RunOptions, Warning};
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
@@ -14,6 +13,7 @@ use crate::cases::read_case;
 use crate::channel::{Channel, Message};
 use crate::errors::TaskError;
 use crate::frames::{FrameData, RasterData};
+use crate::tables::{TableArray, table_array};
 
 /// Interval between two messages about progress.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
@@ -67,7 +67,18 @@ impl RunRequest {
     /// Follows a run to its end, and sends its messages.
     fn follow(&self, mut run: Run<'_>, case: &Case, channel: &Channel) -> Result<RunData, TaskError> {
         let (mut last, mut frame_count, mut warnings) = (Instant::now(), 0, Vec::new());
-        while let Some(event) = run.advance()? {
+        loop {
+            let event = match run.advance() {
+                Ok(Some(event)) => event,
+                Ok(None) => break,
+                Err(error) => {
+                    let table = run.table().clone();
+                    return Err(TaskError::Stopped(
+                        Box::new(error),
+                        Box::new((table, run.solver().step_count())),
+                    ));
+                }
+            };
             let (time, step) = (run.time(), run.solver().step_count());
             let message = |kind, text| Message { kind, time, step, text, frame: None };
             match event {
@@ -110,20 +121,6 @@ impl RunData {
     fn report(&self) -> PyResult<&RunReport> {
         self.report.as_ref().ok_or_else(|| PyRuntimeError::new_err("the results were taken before"))
     }
-}
-
-/// Names, units and rows of a table.
-pub type TableArray<'py> = (Vec<(String, String)>, Bound<'py, PyArray2<f64>>);
-
-/// Table as an array of its rows.
-pub fn table_array<'py>(
-    py: Python<'py>,
-    columns: Vec<(String, String)>,
-    rows: &[Vec<f64>],
-) -> PyResult<TableArray<'py>> {
-    let values: Vec<f64> = rows.iter().flatten().copied().collect();
-    let array = PyArray1::from_vec(py, values).reshape([rows.len(), columns.len()])?;
-    Ok((columns, array))
 }
 
 /// Name, factor, largest stable and smallest failing factor, and text of a search for a factor of safety.

@@ -27,6 +27,9 @@ impl Drop for Finish {
     }
 }
 
+/// Largest number of threads, as for the command.
+const MAX_THREADS: usize = 1024;
+
 /// Results of a task.
 pub enum TaskResult {
     /// Results of a run.
@@ -51,8 +54,8 @@ impl Task {
         threads: Option<usize>,
         work: impl FnOnce(&Arc<Channel>) -> Result<TaskResult, TaskError> + Send + 'static,
     ) -> PyResult<Self> {
-        if threads == Some(0) {
-            return Err(value_error(&"threads: 0 is not a number of threads"));
+        if let Some(count) = threads.filter(|count| !(1..=MAX_THREADS).contains(count)) {
+            return Err(value_error(&format!("threads: {count} is not between 1 and {MAX_THREADS}")));
         }
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
         let pool = pool.map_err(|error| value_error(&format!("threads: {error}")))?;
@@ -77,6 +80,16 @@ impl Task {
             self.process
         );
         Err(PyRuntimeError::new_err(problem))
+    }
+}
+
+/// Refuses a number of simultaneous runs, or of their threads, that is not possible.
+fn check_jobs(jobs: Option<usize>) -> PyResult<()> {
+    match jobs.filter(|count| !(1..=MAX_THREADS).contains(count)) {
+        Some(count) => {
+            Err(value_error(&format!("jobs, threads: {count} is not between 1 and {MAX_THREADS}")))
+        }
+        None => Ok(()),
     }
 }
 
@@ -118,6 +131,8 @@ impl Task {
         resume: bool,
         overwrite: bool,
     ) -> PyResult<Self> {
+        check_jobs(jobs)?;
+        check_jobs(Some(threads))?;
         let request = SweepRequest { sweep, text, folder, method, out, jobs, threads, resume, overwrite };
         Self::start(None, move |channel| request.run(channel).map(TaskResult::Sweep))
     }
@@ -137,6 +152,7 @@ impl Task {
         overwrite: bool,
         reference: Option<PathBuf>,
     ) -> PyResult<Self> {
+        check_jobs(Some(jobs))?;
         let request = CompareRequest { text, folder, methods, out, jobs, resume, overwrite, reference };
         Self::start(threads, move |channel| request.run(channel).map(TaskResult::Compare))
     }

@@ -136,3 +136,55 @@ def test_element_tests_leak_no_memory():
     for _ in range(10_000):
         test.run()
     assert resident() - before <= 1_000_000
+
+
+def test_strains_count_from_the_beginning_of_the_last_stage():
+    pytest.importorskip("scipy")
+    consolidated = cl.ElementTest({
+        "title": "triaxial after consolidation", "material": SAND, "initial_stress": [-1e4] * 3 + [0, 0, 0],
+        "stages": [
+            {"path": {"kind": "isotropic", "pressure": 1e5}},
+            {"path": {"kind": "triaxial-drained", "axial_compression": 0.03}, "steps": 60},
+        ],
+    })
+    # Data of a test that begins at the cell pressure.
+    data = data_of(triaxial(), "q")
+    free = {"friction_angle": (25, 40), "youngs_modulus": (5e6, 1e8)}
+    found = cl.calibrate(consolidated, data, free, {"q": 2e3})
+    assert found.values["friction_angle"] == pytest.approx(33.0, abs=0.05)
+    assert found.values["youngs_modulus"] == pytest.approx(2e7, rel=0.01)
+
+
+def test_bounds_over_decades_are_searched_by_logarithms():
+    pytest.importorskip("scipy")
+    data = data_of(triaxial(), "q")
+    found = cl.calibrate(triaxial(), data, {"friction_angle": (25, 45), "youngs_modulus": (1e6, 1e9)}, 4e3)
+    assert found.values["friction_angle"] == pytest.approx(33.0, abs=0.01)
+    assert found.values["youngs_modulus"] == pytest.approx(2e7, rel=1e-3)
+
+
+def test_data_beyond_the_test_are_refused():
+    data = data_of(triaxial(), "q")
+    percent = {"axial_compression": 100 * np.array(data["axial_compression"]), "q": data["q"]}
+    with pytest.raises(ValueError, match="computed from 0 to 0.03"):
+        cl.objective(triaxial(), percent, {"friction_angle": (25, 40)}, {"q": 2e3})
+    with pytest.raises(ValueError, match="no numbers"):
+        cl.objective(triaxial(), {"axial_compression": [0, "x"], "q": [0, 1]}, {"friction_angle": (25, 40)}, {"q": 2e3})
+
+
+def test_a_poor_fit_is_named():
+    pytest.importorskip("scipy")
+    data = data_of(triaxial(), "q")
+    in_kilopascals = {"axial_compression": data["axial_compression"], "q": np.array(data["q"]) / 1e3}
+    with pytest.warns(cl.ColluviumWarning, match="misfit") as found:
+        cl.calibrate(triaxial(), in_kilopascals, {"friction_angle": (25, 40)}, {"q": 100.0})
+    assert "poor-fit" in {one.message.code for one in found}
+    assert {one.filename for one in found if isinstance(one.message, cl.ColluviumWarning)} == {__file__}
+
+
+def test_parameters_without_effect_keep_their_start():
+    pytest.importorskip("scipy")
+    free = {"friction_angle": (25, 40), "density": (1500, 2500)}
+    with pytest.warns(cl.ColluviumWarning):
+        found = cl.calibrate(triaxial(), data_of(triaxial(), "q"), free, 2e3, start={"density": 1800})
+    assert found.values["density"] == pytest.approx(1800)

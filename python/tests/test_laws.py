@@ -98,5 +98,6 @@ def test_wrong_laws_are_refused():
         oedometer(OWN | {"law": "python-name"}).run()
     with pytest.raises(cl.CaseError, match="python-missing"):
         oedometer({"model": "external", "law": "python-missing", "density": 2000})
-    with pytest.raises(cl.CaseError, match="youngs_modulus"):
+    with pytest.raises(cl.CaseError, match="youngs_modulus") as wrong:
         oedometer({"model": "external", "law": "python-elastic", "density": 2000, "parameters": {"poissons_ratio": 0.3}}).run()
+    assert wrong.value.problems[0][0] == "material.parameters" and isinstance(wrong.value.__cause__, TypeError)

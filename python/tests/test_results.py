@@ -135,6 +135,7 @@ def test_nodes_for_xarray():
     frame = cl.run(case).frames[-1]
     grid = frame.datasets["grid"]
     nodes = grid.to_xarray()
+    assert nodes.axis.values.tolist() == ["x", "y", "z"] and bool(np.isnan(nodes.density).any())
     assert grid.kind == "lattice" and set(nodes.dims) >= {"x", "y"} and float(nodes.x[1] - nodes.x[0]) == pytest.approx(0.05)
 
 
@@ -149,6 +150,18 @@ def test_a_run_is_read_from_its_folder(tmp_path, column):
         read.frames[99]
     with pytest.raises(cl.OutputError):
         cl.open_run(tmp_path)
+
+
+def test_results_can_be_sent_to_other_processes(column):
+    import copy
+    import pickle
+
+    run = cl.run(column)
+    for again in (pickle.loads(pickle.dumps(run)), copy.deepcopy(run)):
+        assert again.hash == run.hash and again.case == run.case
+        assert np.array_equal(again.frames[-1].points["stress"], run.frames[-1].points["stress"])
+        assert again.columns["front"][-1] == run.columns["front"][-1]
+    assert pickle.loads(pickle.dumps(run.last.points))["velocity"].shape == (len(run.last), 3)
 
 
 def test_missing_extras_are_named(monkeypatch, column):

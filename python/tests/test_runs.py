@@ -35,7 +35,7 @@ def interrupt_at(monkeypatch, kind):
     monkeypatch.setattr(running, "messages", interrupted)
 
 
-@pytest.mark.parametrize("kind", ["begin", "frame"])
+@pytest.mark.parametrize("kind", ["begin", "frame", "progress"])
 def test_an_interrupt_leaves_a_checkpoint_and_the_part_that_is_done(tmp_path, monkeypatch, kind):
     whole = cl.run(short_case(), out=tmp_path / "whole")
     with monkeypatch.context() as patch:
@@ -94,6 +94,24 @@ def test_an_exception_in_a_callback_comes_out_unchanged(callback, tmp_path):
     assert found.value is error and found.value.__cause__ is None
     # The folder is free again, and the run can be continued.
     assert cl.open_run(tmp_path / "run").is_interrupted
+
+
+@pytest.mark.parametrize("callback", ["progress", "on_frame"])
+def test_a_callback_that_returns_false_stops_the_run(callback):
+    run = cl.run(short_case(steps=3000), **{callback: lambda *_: False})
+    assert run.is_interrupted and run.steps < 3000 and len(run.columns["time"]) >= 1
+    assert run.frames[-1].time <= run.last.time
+
+
+def test_wrong_options_are_refused(tmp_path, column):
+    for options, text in [
+        ({"threads": 0}, "threads"), ({"threads": 10**9}, "1024"), ({"resume": True}, "out="),
+        ({"on_frame": 3}, "on_frame"), ({"progress": 3}, "progress"),
+    ]:
+        with pytest.raises((ValueError, TypeError), match=text):
+            cl.run(column, **options)
+    with pytest.raises(ValueError, match="1024"):
+        cl.sweep(column, {"a": {"at": "materials.sand.friction_angle", "values": [30]}}, tmp_path / "a", jobs=0)
 
 
 def test_frames_come_to_a_callback_and_need_not_be_kept():
@@ -254,4 +272,5 @@ def test_a_solver_error_has_step_time_point_and_the_part_of_the_run(column):
     error = failed.value
     assert error.step > 0 and error.time > 0 and len(error.position) == 3
     assert isinstance(error.__cause__, ArithmeticError) and "broken" in str(error)
-    assert len(error.result.frames) >= 1
+    assert len(error.result.frames) >= 1 and error.result.steps > 0 and error.code
+    assert "frames/" not in str(error)

@@ -118,6 +118,12 @@ def test_a_factor_of_safety_is_between_the_bounds_of_limit_analysis():
         cl.safety(cl.Case(block()), measure="front")
 
 
+@pytest.mark.filterwarnings("ignore::colluvium.ColluviumWarning")
+def test_a_factor_of_safety_is_read_from_its_folder(tmp_path):
+    found = cl.safety(cl.Case(block()), out=tmp_path / "run", search_range=(1.5, 1.8))
+    assert cl.open_run(tmp_path / "run").safety["factor_of_safety"] == found
+
+
 def test_warnings_of_a_search_name_the_line_of_the_call():
     with pytest.warns(cl.ColluviumWarning) as found:
         cl.safety(cl.Case(block()), search_range=(1.5, 1.8))

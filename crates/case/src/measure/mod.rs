@@ -166,10 +166,9 @@ macro_rules! measures {
 }
 
 measures! {
-    /// Front of the mass along an axis (m). Columns of cells with a point at any height, counted without a gap from the wall behind the
-    /// mass, are the connected region. The front is the farthest end of a point domain in it; points beyond a gap are detached. Where no
-    /// column at the wall is occupied, counting begins at the rearmost occupied one. With a quantile below 1, the front is the position
-    /// behind which that mass fraction lies, which stray points do not change.
+    /// Front of the mass along an axis (m). Columns of cells with a point at any height that share a face are a connected region. The front
+    /// is the farthest end of a point domain in the region with the most mass; points beyond a gap are detached. With a quantile below 1,
+    /// the front is the position behind which that mass fraction lies, which stray points do not change.
     Front(Front),
     /// Relative run-out `(front - initial) / initial`, both from `origin`, with the front of the measure `front`.
     RunOut(RunOut),

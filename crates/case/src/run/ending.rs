@@ -40,7 +40,8 @@ impl Run<'_> {
         };
         match (error, self.progress.collection.frames.last()) {
             (RunError::Solver(source), Some((time, frame))) => {
-                RunError::Stopped { source, frame: frame.clone(), time: *time }
+                let frame = if self.options.output_folder.is_some() { frame.clone() } else { String::new() };
+                RunError::Stopped { source, frame, time: *time }
             }
             (error, _) => error,
         }

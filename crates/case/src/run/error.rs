@@ -7,6 +7,11 @@ use thiserror::Error;
 use crate::output::OutputError;
 use crate::{CaseErrors, SolverError};
 
+/// Name of a file, followed by a comma; empty without a file.
+fn named(file: &str) -> String {
+    if file.is_empty() { String::new() } else { format!("{file}, ") }
+}
+
 /// Reason for the failure of a run.
 #[derive(Debug, Error)]
 pub enum RunError {
@@ -17,11 +22,11 @@ pub enum RunError {
     #[error(transparent)]
     Solver(#[from] SolverError),
     /// Failure of the solver after the first output.
-    #[error("{source}; the last output is {frame}, t = {time} s")]
+    #[error("{source}; the last output is {}t = {time} s", named(frame))]
     Stopped {
         /// Error of the solver.
         source: SolverError,
-        /// Name of the last frame.
+        /// Name of the file of the last frame; empty where none is written.
         frame: String,
         /// Time of the last frame (s).
         time: f64,

@@ -134,7 +134,7 @@ impl MaterialError {
     /// Adds the prefix `part`, the key of an inner material, to the parameter key of the error.
     pub(crate) fn under_key(mut self, part: &str) -> Self {
         if let Self::Parameter { field, .. } | Self::IncompatibleOptions { field, .. } = &mut self {
-            *field = format!("{part}.{field}");
+            *field = if field.is_empty() { part.to_owned() } else { format!("{part}.{field}") };
         }
         self
     }

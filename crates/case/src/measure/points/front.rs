@@ -7,9 +7,9 @@ use crate::error_collector::ErrorCollector;
 use crate::measure::{MeasureDefinition, MeasuredState, ScalarOutput, default_fraction};
 use crate::{Case, FieldRole, Side, Snapshot};
 
-/// Front of the mass along an axis (m): the farthest end of a point domain in the connected region. The region is the columns of cells with
-/// points, without a gap from the wall behind the mass or from the rearmost occupied column. A quantile below 1 gives the position behind
-/// which that fraction of the mass lies, which stray points do not change.
+/// Front of the mass along an axis (m): the farthest end of a point domain in the connected region. Connected are columns of cells with
+/// points that share a face; of several such regions the one with the most mass counts. A quantile below 1 gives the position behind which
+/// that fraction of the mass lies, which stray points do not change.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Front {
@@ -150,7 +150,7 @@ impl FrontColumns {
         }
     }
 
-    /// Front (m): the farthest end of a point domain in the columns that are occupied without a gap from the wall. NaN without points.
+    /// Front (m): the farthest end of a point domain in the connected columns with the most mass. NaN without points.
     pub fn front(&self, snapshot: &Snapshot) -> f64 {
         if !(self.cell.is_finite() && self.cell > 0.0) {
             // Points without width have no columns.
@@ -161,18 +161,19 @@ impl FrontColumns {
         for (x, extent) in snapshot.positions.iter().zip(&snapshot.extents) {
             self.add_covered_columns(x, extent, &mut occupied);
         }
-        // Most points are in the column of the point before.
         occupied.dedup();
         occupied.sort_unstable();
         occupied.dedup();
-        let region = connected_columns(&occupied);
+        let regions = connected_regions(&occupied);
+        let region_of = |column: &FrontColumn| regions[occupied.partition_point(|other| other < column)];
+        // Most points are in the column of the point before.
+        let runs = columns.chunk_by(|one, next| one == next);
+        let of_points: Vec<usize> =
+            runs.flat_map(|run| std::iter::repeat_n(region_of(&run[0]), run.len())).collect();
+        let largest = heaviest_region(&of_points, snapshot.role_values(FieldRole::Mass));
         let (axis, sign) = (self.side.axis(), sign(self.side));
         let end = |i: usize| sign * snapshot.positions[i][axis] + 0.5 * snapshot.extents[i][axis];
-        let hangs = columns.chunk_by(|one, next| one == next).flat_map(|run| {
-            let number = occupied.partition_point(|column| *column < run[0]);
-            std::iter::repeat_n(region[number], run.len())
-        });
-        let ends = hangs.enumerate().filter(|(_, hangs)| *hangs).map(|(i, _)| end(i));
+        let ends = (0..of_points.len()).filter(|&i| of_points[i] == largest).map(end);
         sign * ends.fold(f64::NAN, f64::max)
     }
 
@@ -202,21 +203,38 @@ impl FrontColumns {
     }
 }
 
-/// Whether each of the `occupied` columns, in ascending order, is connected to the rearmost by shared faces.
-fn connected_columns(occupied: &[FrontColumn]) -> Vec<bool> {
-    let mut region = vec![false; occupied.len()];
-    let Some((rear, _)) = occupied.first() else { return region };
-    let mut open: Vec<usize> = (0..occupied.len()).take_while(|&i| occupied[i].0 == *rear).collect();
-    open.iter().for_each(|&i| region[i] = true);
-    while let Some((along, across)) = open.pop().map(|i| occupied[i]) {
-        let beside = [(along + 1, across), (along - 1, across), (along, across + 1), (along, across - 1)];
-        for i in beside.iter().filter_map(|column| occupied.binary_search(column).ok()) {
-            if !std::mem::replace(&mut region[i], true) {
-                open.push(i);
+/// Number of the connected region of each of the `occupied` columns, which are in ascending order; columns of a region share faces. Regions
+/// are numbered from the rear.
+fn connected_regions(occupied: &[FrontColumn]) -> Vec<usize> {
+    let mut regions = vec![usize::MAX; occupied.len()];
+    let mut count = 0;
+    for start in 0..occupied.len() {
+        if regions[start] != usize::MAX {
+            continue;
+        }
+        regions[start] = count;
+        let mut open = vec![start];
+        while let Some((along, across)) = open.pop().map(|i| occupied[i]) {
+            let beside = [(along + 1, across), (along - 1, across), (along, across + 1), (along, across - 1)];
+            for i in beside.iter().filter_map(|column| occupied.binary_search(column).ok()) {
+                if regions[i] == usize::MAX {
+                    regions[i] = count;
+                    open.push(i);
+                }
             }
         }
+        count += 1;
     }
-    region
+    regions
+}
+
+/// Region with the most mass of its points, or with the most points without `mass`; the rearmost of equal ones.
+fn heaviest_region(of_points: &[usize], mass: Option<&[f64]>) -> usize {
+    let mut masses = vec![0.0; of_points.iter().max().map_or(0, |last| last + 1)];
+    for (i, region) in of_points.iter().enumerate() {
+        masses[*region] += mass.map_or(1.0, |mass| mass[i]);
+    }
+    (0..masses.len()).rev().max_by(|&a, &b| masses[a].total_cmp(&masses[b])).unwrap_or(0)
 }
 
 /// Side of the domain that is normal to an axis.
@@ -315,6 +333,19 @@ mod tests {
         // Columns of 0.3 m: none is empty.
         assert_near(columns(0.3).front(&layer(&places)), 0.9, 1e-12);
         assert!(columns(0.2).front(&layer(&[])).is_nan());
+    }
+
+    #[test]
+    fn a_stray_point_behind_the_mass_is_not_the_front() {
+        // No wall behind the mass; one point has stayed at the rear, two have flown ahead.
+        let places = [-3.05, 0.05, 0.15, 0.25, 0.35, 5.05, 5.15];
+        assert_near(FrontColumns { wall: -10.0, ..columns(0.2) }.front(&layer(&places)), 0.4, 1e-12);
+        // Of two equal regions the rear one counts.
+        assert_near(columns(0.2).front(&layer(&[0.05, 1.05])), 0.1, 1e-12);
+        // Mass counts, not the number of points.
+        let mut snapshot = layer(&[0.05, 0.15, 1.05]);
+        snapshot.fields[0].data = FieldData::Scalar(vec![1.0, 1.0, 9.0]);
+        assert_near(columns(0.2).front(&snapshot), 1.1, 1e-12);
     }
 
     #[test]
