@@ -29,7 +29,7 @@ const PHRASES: [(&str, &str); 16] = [
 ];
 
 /// Names of files and folders at the root of a crate that need no entry in the glossary: parts of a program, not of the field.
-const PROGRAM_TERMS: [&str; 45] = [
+const PROGRAM_TERMS: [&str; 46] = [
     "allocations",
     "analysis",
     "book",
@@ -71,6 +71,7 @@ const PROGRAM_TERMS: [&str; 45] = [
     "solver",
     "speed",
     "struct_of_arrays",
+    "tables",
     "tasks",
     "templates",
     "tidy",
