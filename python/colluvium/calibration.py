@@ -85,10 +85,14 @@ class Objective:
             raise ValueError("a calibration needs at least one test and one free parameter")
         self.names: list[str] = list(free)
         self.bounds: list[tuple[float, float]] = []
-        for name, (low, high) in free.items():
+        for name, bounds in free.items():
+            try:
+                low, high = (float(bound) for bound in bounds)
+            except (TypeError, ValueError):
+                raise ValueError(f"free[{name!r}]: {bounds!r} are not two bounds") from None
             if not (math.isfinite(low) and math.isfinite(high) and low < high):
                 raise ValueError(f"free[{name!r}]: {low} and {high} are not bounds, the lower one first")
-            self.bounds.append((float(low), float(high)))
+            self.bounds.append((low, high))
         self._tests: dict[str, ElementTest] = dict(tests)
         self._data = {name: _curves(data[name], name) for name in tests}
         self._tolerances = dict(tolerances)
@@ -140,7 +144,8 @@ class Objective:
         if test not in self._tests:
             raise KeyError(f"{test!r} is not a test; there are {', '.join(self._tests)}")
         path, error = self._tests[test].with_values(self._changes(x)).trace()
-        if error is not None and not isinstance(error, SolverError):
+        if error is not None and (not isinstance(error, SolverError) or error.__cause__ is not None):
+            # An exception of a law in Python is a mistake of the law, not a test that does not come so far.
             raise error
         return path
 
@@ -160,6 +165,7 @@ class Objective:
 
     def __call__(self, x: Sequence[float] | np.ndarray) -> float:
         """Half the sum of the squared residuals; infinite outside the bounds and for parameters that the law refuses."""
+        self.values(x)
         if any(not low <= value <= high for value, (low, high) in zip(x, self.bounds)):
             return math.inf
         try:
@@ -309,7 +315,7 @@ def _start(problem: Objective, scale: _Scale, start: dict[str, float]) -> np.nda
         if name not in problem.names:
             raise ValueError(f"start[{name!r}] is not a free parameter; there are {', '.join(problem.names)}")
         low, high = problem.bounds[problem.names.index(name)]
-        if not low <= value <= high:
+        if not isinstance(value, (int, float)) or not low <= value <= high:
             raise ValueError(f"start[{name!r}]: {value} is outside the bounds {low} and {high}")
     middle = scale.values(np.full(len(problem.names), 0.5))
     return scale.shares(np.array([start.get(name, value) for name, value in zip(problem.names, middle)]))

@@ -18,8 +18,21 @@ if TYPE_CHECKING:
     import geopandas
 
 
+def _cache(name: str) -> Path:
+    """Folder of the files of a template, which is the same for all cases of it: runs that are opened later find it."""
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    place = Path(base) / "colluvium" / _native.__version__ / name
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return Path(tempfile.mkdtemp(prefix="colluvium-"))
+    return place if os.access(place, os.W_OK) else Path(tempfile.mkdtemp(prefix="colluvium-"))
+
+
 class Case:
     """A problem, from a dictionary, a file or JSON text. It is checked as a whole; a wrong one raises ``CaseError``.
+
+    The options of a method are checked by `plan` and `run`.
 
     Values are read and set by the paths of error messages::
 
@@ -35,15 +48,14 @@ class Case:
         check: bool = True,
     ) -> None:
         """A mapping, a path, or a text that begins with ``{``. File names in a case start at its folder."""
-        self._folder = Path(folder)
-        self._files: tempfile.TemporaryDirectory[str] | None = None
+        self._folder = Path(folder).absolute()
         if isinstance(source, Mapping):
             self._value = plain(source, "")
         elif isinstance(source, str) and source.lstrip().startswith("{"):
             self._value = self._parsed(source, check)
         elif isinstance(source, (str, os.PathLike)):
             path = Path(source)
-            self._folder = path.parent
+            self._folder = path.parent.absolute()
             self._value = self._parsed(path.read_text(encoding="utf-8"), check)
         else:
             raise TypeError(f"a case is a mapping, a path or JSON text, not {type(source).__name__}")
@@ -55,7 +67,7 @@ class Case:
 
     @classmethod
     def template(cls, name: str, folder: str | os.PathLike[str] | None = None) -> Case:
-        """A template of ``colluvium new``. Files that it needs are written into ``folder``, or into a temporary one."""
+        """A template of ``colluvium new``. Files that it needs are written into ``folder``, or into one of the user's cache."""
         if name not in templates():
             near = difflib.get_close_matches(str(name), templates(), 1)
             hint = f"did you mean {near[0]!r}? " if near else ""
@@ -63,17 +75,10 @@ class Case:
         text = _native.template(name)
         if not _native.template_files(name):
             return cls(text)
-        files = None
-        if folder is None:
-            # The case keeps the folder until it is dropped.
-            files = tempfile.TemporaryDirectory(prefix="colluvium-")
-            folder = files.name
-        place = Path(folder)
+        place = _cache(name) if folder is None else Path(folder)
         place.mkdir(parents=True, exist_ok=True)
         _native.write_template_files(name, place)
-        case = cls(text, folder=place)
-        case._files = files
-        return case
+        return cls(text, folder=place)
 
     def check(self) -> None:
         """Raises ``CaseError`` with all problems of the case."""
@@ -91,7 +96,7 @@ class Case:
     def copy(self) -> Case:
         """A copy."""
         copied = Case.__new__(Case)
-        copied._folder, copied._files, copied._value = self._folder, self._files, self.to_dict()
+        copied._folder, copied._value = self._folder, self.to_dict()
         return copied
 
     def to_dict(self) -> dict[str, Any]:
@@ -129,9 +134,14 @@ class Case:
         _native.check(json.dumps(changed, allow_nan=False), self._folder)
         self._value = changed
 
-    def __getstate__(self) -> dict[str, Any]:
-        # The temporary folder of a template is removed by the case that has made it.
-        return self.__dict__ | {"_files": None}
+    def __contains__(self, path: object) -> bool:
+        try:
+            value_at(self._value, path)  # type: ignore[arg-type]
+        except KeyError:
+            return False
+        return True
+
+    __iter__: None = None
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Case) and self._value == other._value and self._folder == other._folder

@@ -81,15 +81,20 @@ class OutputError(OSError):
 
 
 class ColluviumWarning(UserWarning):
-    """A warning about a case or its results. ``code`` is its stable code, which ``colluvium explain CODE`` explains."""
+    """A warning about a case or its results. ``code`` is its stable code, which ``colluvium explain CODE`` explains.
+
+    Where a filter makes an error of a warning about results, ``result`` has them.
+    """
 
     code: str
     text: str
+    result: RunResult | None
 
     def __init__(self, code: str, text: str = "") -> None:
         super().__init__(f"[{code}] {text}" if code else text)
         self.code = code
         self.text = text
+        self.result = None
 
     def __reduce__(self) -> tuple[type[ColluviumWarning], tuple[str, str]]:
         return ColluviumWarning, (self.code, self.text)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import numbers
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from . import _native
@@ -41,6 +42,8 @@ def law(name: str) -> Callable[[_Law], _Law]:
     An exception in the law ends the run or the test with a ``SolverError``, whose cause it is. A law in Python takes about 10 µs per point
     and step, on one core at a time: it serves element tests and small cases.
     """
+    if not isinstance(name, str):
+        raise TypeError("a law has a name: write @law('name')")
     if not name or not all(part.isalnum() for part in name.split("-")):
         raise ValueError(f"{name!r} is not a name of letters, digits and hyphens")
 
@@ -49,8 +52,10 @@ def law(name: str) -> Callable[[_Law], _Law]:
             if not callable(getattr(of, method, None)):
                 raise TypeError(f"the law {name!r} has no method {method}")
         state: Any = getattr(of, "state", {})
-        for key, value in dict(state).items():
-            if not isinstance(key, str) or not isinstance(value, (int, float)):
+        if not isinstance(state, Mapping):
+            raise TypeError(f"the state of the law {name!r} is a dictionary of names and numbers, not {type(state).__name__}")
+        for key, value in state.items():
+            if not isinstance(key, str) or not isinstance(value, numbers.Real):
                 raise TypeError(f"the state of the law {name!r} has the entry {key!r}: {value!r}, which is no named number")
         _native.register_law(name, of)
         return of

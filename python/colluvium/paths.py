@@ -22,7 +22,13 @@ def plain(value: Any, path: str, depth: int = 0) -> Any:
     """Value of a JSON document: numbers of NumPy become Python's, arrays lists, paths texts."""
     if depth > _DEPTH:
         raise CaseError([(path, f"is nested more than {_DEPTH} times, or contains itself")])
-    if value is None or isinstance(value, (bool, str)):
+    if isinstance(value, str):
+        try:
+            value.encode()
+        except UnicodeEncodeError:
+            raise CaseError([(path, f"{value!r} is no text of Unicode characters")]) from None
+        return value
+    if value is None or isinstance(value, bool):
         return value
     if isinstance(value, Mapping):
         found = {}
@@ -34,7 +40,7 @@ def plain(value: Any, path: str, depth: int = 0) -> Any:
     if isinstance(value, (list, tuple)):
         return [plain(inner, f"{path}[{number}]", depth + 1) for number, inner in enumerate(value)]
     if isinstance(value, os.PathLike):
-        return os.fspath(value)
+        return plain(os.fspath(value), path, depth + 1)
     if hasattr(value, "tolist") and not isinstance(value, numbers.Number):
         return plain(value.tolist(), path, depth + 1)
     if isinstance(value, numbers.Integral):
@@ -57,6 +63,8 @@ def parsed(text: str, check: Callable[[str], object]) -> Any:
 
 def tokens(path: str) -> list[str | int]:
     """Keys and positions of a path such as ``bodies[1].shape.radius``."""
+    if not isinstance(path, str):
+        raise TypeError(f"a path is a text such as 'bodies[0].shape', not {type(path).__name__}")
     found: list[str | int] = []
     position = 0
     while position < len(path):

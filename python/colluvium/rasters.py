@@ -63,6 +63,8 @@ def read_raster(file: str | os.PathLike[str]) -> xarray.DataArray:
 
 def _nodes(raster: xarray.DataArray) -> tuple[np.ndarray, tuple[float, float], tuple[float, float]]:
     """Values with rows from the smallest y, first node (m) and distance of the nodes (m)."""
+    if not hasattr(raster, "dims"):
+        raise TypeError(f"a raster is an xarray.DataArray, not {type(raster).__name__}")
     if set(raster.dims) != {"x", "y"}:
         raise ValueError(f"a raster has the dimensions y and x, not {', '.join(map(str, raster.dims))}")
     sorted_raster = raster.transpose("y", "x").sortby("y").sortby("x")
@@ -73,6 +75,8 @@ def _nodes(raster: xarray.DataArray) -> tuple[np.ndarray, tuple[float, float], t
     for axis, step in ((x, spacing[0]), (y, spacing[1])):
         if not np.allclose(np.diff(axis), step, rtol=1e-6):
             raise ValueError("the nodes of a raster have equal distances")
+    if not np.issubdtype(sorted_raster.dtype, np.number) or np.iscomplexobj(sorted_raster.values):
+        raise ValueError(f"a raster has real numbers, not {sorted_raster.dtype}")
     values = np.ascontiguousarray(sorted_raster.values, dtype=float)
     return values, (float(x[0]), float(y[0])), (float(spacing[0]), float(spacing[1]))
 
@@ -80,7 +84,12 @@ def _nodes(raster: xarray.DataArray) -> tuple[np.ndarray, tuple[float, float], t
 def write_raster(raster: xarray.DataArray, file: str | os.PathLike[str]) -> None:
     """Writes a raster as an ESRI ASCII grid (``.asc``) or a GeoTIFF (``.tif``); its attribute ``epsg`` is written with it."""
     values, origin, spacing = _nodes(raster)
-    _native.write_raster(Path(file), values, origin, spacing, raster.attrs.get("epsg"))
+    epsg = raster.attrs.get("epsg")
+    if epsg is not None and not 1024 <= int(epsg) <= 32767:
+        raise ValueError(f"epsg: {epsg} is not a code from 1024 to 32767, as GeoTIFF has them")
+    if (np.abs(values[~np.isnan(values)]) > float(np.finfo(np.float32).max)).any():
+        raise ValueError("the raster has values beyond the largest number of a GeoTIFF")
+    _native.write_raster(Path(file), values, origin, spacing, None if epsg is None else int(epsg))
 
 
 def raster_outline(raster: xarray.DataArray, above: float) -> geopandas.GeoDataFrame:
@@ -128,7 +137,13 @@ def draw_map(
         raise ValueError("the run has no case")
     target = Path(f"{raster.name or 'raster'}.png" if file is None else file)
     values, origin, spacing = _nodes(raster)
+    if not np.isfinite(values).any() or np.isinf(values).any():
+        raise ValueError("the raster has no finite value, or infinite ones")
     case = result.case
+    low, high = case["domain.min"], case["domain.max"]
+    ends = [origin[axis] + spacing[axis] * (values.shape[1 - axis] - 1) for axis in (0, 1)]
+    if any(ends[axis] < low[axis] or origin[axis] > high[axis] for axis in (0, 1)):
+        raise ValueError(f"the raster from {origin} to {tuple(ends)} m lies outside the domain of the case, from {low} to {high} m")
     label = str(raster.attrs.get("long_name", raster.name or "value"))
     _native.draw_map(
         target, case.to_json(), case.folder, values, origin, spacing, str(case.to_dict().get("title", "")), label

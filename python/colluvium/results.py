@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from . import _native
+from ._checks import as_folder
 from ._extras import extra
 from .errors import OutputError
 from .rasters import to_data_array
@@ -272,7 +273,7 @@ class RunResult:
 
     ``method``, ``case`` and ``folder`` are those of the run; ``error`` is the reason of a failure, ``is_interrupted`` says whether the run was
     stopped. ``steps`` is the number of steps, ``wall`` the wall-clock time (s). ``frames`` are in the order of time, ``last`` is the state at
-    the end and ``hash`` its hash. ``warnings`` and ``notes`` have codes and texts, ``safety`` the factors of safety by name.
+    the end and ``hash`` its hash (empty for an opened run on a map). ``warnings`` and ``notes`` have codes and texts, ``safety`` the factors of safety by name.
     """
 
     def __init__(
@@ -326,6 +327,13 @@ class RunResult:
         result.is_interrupted = status in ("running", "interrupted")
         result.warnings = data.warnings
         result._columns, result._rows = data.measures()
+        last = summary.get("measures", {}).get("time")
+        times = result.columns.get("time")
+        if status == "completed" and last is not None and (times is None or not len(times) or times[-1] != last):
+            raise OutputError(f"{folder / 'measures.csv'}: does not end at t = {last} s as the run did: its rows are not complete", folder)
+        # The hash in a summary is that of positions relative to the origin of the domain.
+        has_origin = "domain.origin" in result.case if result.case is not None else True
+        result.hash = "" if has_origin else summary.get("snapshot_hash", "")
         result.safety = {name: _recorded_safety(found) for name, found in summary.get("factors_of_safety", {}).items()}
         steps = result.columns.get("step")
         result.steps = int(steps[-1]) if steps is not None and len(steps) else 0
@@ -404,7 +412,7 @@ class _FolderFrames(Sequence[Frame]):
 
 def open_run(folder: str | os.PathLike[str]) -> RunResult:
     """The run in a folder, which this package or the command has written. Frames are read from their files when they are asked for."""
-    return RunResult.of_folder(Path(folder))
+    return RunResult.of_folder(as_folder(folder, "folder"))
 
 
 def folder_of(run: RunResult | str | os.PathLike[str], function: str) -> Path:
@@ -413,7 +421,7 @@ def folder_of(run: RunResult | str | os.PathLike[str], function: str) -> Path:
         if run.folder is None:
             raise ValueError(f"{function} reads the files of a run: give run() a folder with out=")
         return run.folder
-    return Path(run)
+    return as_folder(run, "run")
 
 
 __all__: list[Any] = ["Dataset", "Frame", "Points", "RunResult", "Safety", "open_run"]

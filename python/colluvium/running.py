@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _native
+from ._checks import as_folder, check_count
 from .case import Case
 from .errors import ColluviumWarning, SolverError
 from .results import Frame, RunResult, Safety
@@ -93,7 +94,7 @@ def messages(task: _native.Task) -> Iterator[tuple[str, float, int, str, _native
 
 
 def _folder(path: str | os.PathLike[str] | None) -> Path | None:
-    return None if path is None else Path(path)
+    return None if path is None else as_folder(path)
 
 
 def run(
@@ -137,6 +138,8 @@ class _RunOptions:
 def _run(case: Case, method: str | None, folder: Path | None, options: _RunOptions, level: int) -> RunResult:
     """Runs a case; warnings name the line that is ``level`` calls above."""
     keep_frames, on_frame = options.keep_frames, options.on_frame
+    if options.threads is not None:
+        check_count(options.threads, "threads")
     if options.resume and folder is None:
         raise ValueError("resume: continues the run in a folder; give out=")
     if on_frame is not None and not callable(on_frame):
@@ -193,8 +196,13 @@ def _run(case: Case, method: str | None, folder: Path | None, options: _RunOptio
         error._part = None
         raise
     result = RunResult(found, name, kept, case, folder)
-    for code, text in result.warnings:
-        warnings.warn(ColluviumWarning(code, text), stacklevel=level)
+    try:
+        for code, text in result.warnings:
+            warnings.warn(ColluviumWarning(code, text), stacklevel=level)
+    except ColluviumWarning as warning:
+        # A filter has made an error of the warning: the results are not lost.
+        warning.result = result
+        raise
     return result
 
 
@@ -214,6 +222,8 @@ def frames(
     case = as_case(case)
     if resume and out is None:
         raise ValueError("resume: continues the run in a folder; give out=")
+    if threads is not None:
+        check_count(threads, "threads")
     task = _native.Task.run(case.to_json(), case.folder, method, _folder(out), threads, resume, overwrite, True, True)
     return _frames(task)
 

@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _native
+from ._checks import as_folder, as_names, check_count
 from ._extras import extra
-from .errors import ColluviumWarning
+from .errors import ColluviumWarning, OutputError
 from .paths import plain
 from .rasters import LABELS, read_raster
 from .results import RunResult, folder_of, open_run
@@ -57,7 +58,10 @@ class Sweep:
 
     def run(self, number: int) -> RunResult:
         """Run with this number, from zero."""
-        return open_run(self.folder / f"run-{number + 1:04}")
+        count = len(self)
+        if not -count <= number < count:
+            raise IndexError(f"the sweep has {count} runs")
+        return open_run(self.folder / f"run-{number % count + 1:04}")
 
     @property
     def rasters(self) -> dict[str, xarray.DataArray]:
@@ -109,7 +113,10 @@ def sweep(
     others = {"plan": plan, "targets": targets, "exceedance": exceedance, "intensities": list(intensities), "convergence": convergence}
     value |= {name: other for name, other in others.items() if other}
     text = json.dumps(plain(value, ""), allow_nan=False)
-    folder = Path(out)
+    folder = as_folder(out)
+    if jobs is not None:
+        check_count(jobs, "jobs")
+    check_count(threads, "threads")
     task = _native.Task.sweep(text, case.to_json(), case.folder, method, folder, jobs, threads, resume, overwrite)
     _follow(task, ProgressBar(progress, "runs"))
     result = Sweep(folder, task.result().rows)
@@ -167,7 +174,7 @@ class Comparison:
 def compare(
     case: CaseLike,
     out: str | os.PathLike[str],
-    methods: Sequence[str] = (),
+    methods: str | Sequence[str] = (),
     *,
     jobs: int = 1,
     threads: int | None = None,
@@ -181,10 +188,13 @@ def compare(
     ``reference`` is a CSV file of reference profiles. Failed methods do not stop the others: a ``ColluviumWarning`` names them.
     """
     case = as_case(case)
-    folder = Path(out)
+    folder = as_folder(out)
+    check_count(jobs, "jobs")
     path = None if reference is None else Path(reference)
+    if path is not None and not path.is_file():
+        raise OutputError(f"{path}: no such file of reference profiles", path)
     task = _native.Task.compare(
-        case.to_json(), case.folder, list(methods), folder, jobs, threads, resume, overwrite, path
+        case.to_json(), case.folder, as_names(methods), folder, jobs, threads, resume, overwrite, path
     )
     _follow(task, ProgressBar(progress, "methods"))
     data = task.result()
@@ -208,7 +218,7 @@ def compare(
 def report(
     run: RunResult | str | os.PathLike[str],
     *,
-    fields: Sequence[str] = (),
+    fields: str | Sequence[str] = (),
     frames: int = 4,
     view: str | None = None,
     overwrite: bool = False,
@@ -217,7 +227,8 @@ def report(
 
     ``fields`` colour the points, by default displacement and velocity; ``view`` is ``xy``, ``xz`` or ``yz``.
     """
-    file, found = _native.write_report(folder_of(run, "report"), list(fields), frames, view, overwrite)
+    check_count(frames, "frames")
+    file, found = _native.write_report(folder_of(run, "report"), as_names(fields), frames, view, overwrite)
     for code, text in found:
         warnings.warn(ColluviumWarning(code, text), stacklevel=2)
     return Path(file)

@@ -110,7 +110,7 @@ def test_wrong_options_are_refused(tmp_path, column):
     ]:
         with pytest.raises((ValueError, TypeError), match=text):
             cl.run(column, **options)
-    with pytest.raises(ValueError, match="1024"):
+    with pytest.raises(ValueError, match="jobs"):
         cl.sweep(column, {"a": {"at": "materials.sand.friction_angle", "values": [30]}}, tmp_path / "a", jobs=0)
 
 
