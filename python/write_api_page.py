@@ -13,6 +13,9 @@ import colluvium as cl
 
 PAGE = Path(__file__).parent.parent / "docs" / "python-api.md"
 
+#: Comment before a block of code, for `cargo xtask pages`.
+NOT_RUN = "<!-- not run: the tests of python/ run it -->"
+
 #: Sections of the page with their names.
 SECTIONS = {
     "Cases and runs": ["Case", "run", "frames", "safety", "templates", "methods", "schema"],
@@ -30,10 +33,10 @@ def text(value: object) -> str:
     lines = inspect.getdoc(value) or ""
     lines = re.sub(r"``([^`]+)``", r"`\1`", lines)
     # An indented block after a colon pair, or an example of the interpreter, is code.
-    lines = re.sub(r"::\n\n((?:    .*\n|\n)+)", lambda found: ":\n\n```python\n" + inspect.cleandoc(found.group(1)) + "\n```\n\n", lines + "\n")
-    lines = re.sub(r"(?m)^((?:>>> .*\n(?:(?:\.\.\.|[^>\n]).*\n)*)+)", lambda found: f"```pycon\n{found.group(1)}```\n", lines)
-    parts = re.split(r"(```.*?```)", lines, flags=re.S)
-    return "".join(part if part.startswith("```") else re.sub(r"(?<=\S)\n(?=\S)", " ", part) for part in parts).strip()
+    lines = re.sub(r"::\n\n((?:    .*\n|\n)+)", lambda found: f":\n\n{NOT_RUN}\n```python\n" + inspect.cleandoc(found.group(1)) + "\n```\n\n", lines + "\n")
+    lines = re.sub(r"(?m)^((?:>>> .*\n(?:(?:\.\.\.|[^>\n]).*\n)*)+)", lambda found: f"{NOT_RUN}\n```pycon\n{found.group(1)}```\n", lines)
+    parts = re.split(r"(<!-- .*? -->\n```.*?```)", lines, flags=re.S)
+    return "".join(part if part.startswith("<!--") else re.sub(r"(?<=\S)\n(?=\S)", " ", part) for part in parts).strip()
 
 
 def signature(name: str, value: object) -> str:
