@@ -8,7 +8,7 @@ use colluvium_constitutive::Warning;
 use crate::run::{RunEnd, StrengthTrial};
 use crate::{Advance, Frame};
 
-/// Part of a run that [`Run::advance`] has completed.
+/// Part of a run that [`Run::advance`](crate::Run::advance) has completed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RunEvent {
     /// A stage has begun, or continues after a restart.
@@ -18,9 +18,9 @@ pub enum RunEvent {
     },
     /// A step has been taken.
     Step(Advance),
-    /// A row of the measures has been added to [`Run::table`].
+    /// A row of the measures has been added to [`Run::table`](crate::Run::table).
     Row,
-    /// A frame has been recorded. Positions are relative to [`Case::origin`].
+    /// A frame has been recorded. Positions are relative to [`Case::origin`](crate::Case::origin).
     Frame(Frame),
     /// A warning about the state.
     Warning(Warning),
