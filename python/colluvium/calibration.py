@@ -143,7 +143,7 @@ class Objective:
         """Path of a test up to its end or its first failure."""
         if test not in self._tests:
             raise KeyError(f"{test!r} is not a test; there are {', '.join(self._tests)}")
-        path, error = self._tests[test].with_values(self._changes(x)).trace()
+        path, error = self._tests[test]._with_values(self._changes(x)).trace()
         if error is not None and (not isinstance(error, SolverError) or error.__cause__ is not None):
             # An exception of a law in Python is a mistake of the law, not a test that does not come so far.
             raise error

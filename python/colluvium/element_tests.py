@@ -101,10 +101,17 @@ class ElementTest:
 
     def with_values(self, values: Mapping[str, Any]) -> ElementTest:
         """A copy with other values, by their paths, such as ``{"material.friction_angle": 30}``."""
-        changed = self.to_dict()
+        changed = self._with_values(values)
+        _native.check_element_test(changed.to_json())
+        return changed
+
+    def _with_values(self, values: Mapping[str, Any]) -> ElementTest:
+        """A copy with other values, which are checked when it runs."""
+        changed = ElementTest.__new__(ElementTest)
+        changed._value = self.to_dict()
         for path, value in values.items():
-            with_value(changed, path, plain(value, path))
-        return ElementTest(changed)
+            with_value(changed._value, path, plain(value, path))
+        return changed
 
     def to_dict(self) -> dict[str, Any]:
         """A copy as a dictionary."""

@@ -17,22 +17,12 @@ if TYPE_CHECKING:
 
     from .results import RunResult
 
-#: Labels of the rasters of results.
-LABELS = {
-    "peak_thickness_vertical": "largest vertical thickness (m)",
-    "final_thickness_vertical": "final vertical thickness (m)",
-    "peak_velocity": "largest velocity (m/s)",
-    "peak_dynamic_pressure": "largest dynamic pressure (Pa)",
-    "final_velocity": "final velocity (m/s)",
-    "arrival_time": "arrival time (s)",
-}
-
-
 def to_data_array(raster: _native.RasterData) -> xarray.DataArray:
     """A raster with its coordinates, unit and EPSG number, as rioxarray reads them."""
     xarray = extra("xarray")
+    label = _native.raster_label(raster.name) or raster.name
     # Files of results do not have units.
-    unit = raster.unit or LABELS.get(raster.name, "").partition(" (")[2].rstrip(")")
+    unit = raster.unit or label.partition(" (")[2].rstrip(")")
     (west, south), (dx, dy) = raster.nodes
     values = raster.values()
     found = xarray.DataArray(
@@ -43,7 +33,7 @@ def to_data_array(raster: _native.RasterData) -> xarray.DataArray:
             "x": ("x", west + dx * np.arange(values.shape[1]), {"units": "m"}),
         },
         name=raster.name,
-        attrs={"units": unit, "long_name": LABELS.get(raster.name, raster.name)},
+        attrs={"units": unit, "long_name": label},
     )
     crs = f"EPSG:{raster.epsg}" if raster.epsg else raster.crs
     if crs:

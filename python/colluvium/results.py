@@ -44,8 +44,7 @@ class Points(Mapping[str, np.ndarray]):
         self._own = self._OWN if data.kind == "points" else {}
 
     def __reduce__(self) -> tuple[type[Points], tuple[Any]]:
-        data: Any = self._data
-        return Points, (data if isinstance(data, _DatasetArrays) else _DatasetArrays(data),)
+        return Points, (_DatasetArrays.of(self._data),)
 
     def __getitem__(self, name: str) -> np.ndarray:
         own = self._own.get(name)
@@ -79,6 +78,11 @@ class _DatasetArrays:
             setattr(self, name, np.array(value) if isinstance(value, np.ndarray) else value)
         self._values = {name: np.array(data.field(name)) for name, _ in data.fields}
 
+    @classmethod
+    def of(cls, data: Any) -> _DatasetArrays:
+        """Arrays of a dataset, which may have been sent already."""
+        return data if isinstance(data, cls) else cls(data)
+
     def field(self, name: str) -> np.ndarray:
         """Values of a field."""
         if name not in self._values:
@@ -96,8 +100,7 @@ class Dataset:
         self.fields: Points = Points(data)
 
     def __reduce__(self) -> tuple[type[Dataset], tuple[Any]]:
-        data: Any = self._data
-        return Dataset, (data if isinstance(data, _DatasetArrays) else _DatasetArrays(data),)
+        return Dataset, (_DatasetArrays.of(self._data),)
 
     @property
     def vertices(self) -> np.ndarray:
@@ -197,10 +200,7 @@ class Frame:
     @property
     def points(self) -> Points:
         """Fields of the points."""
-        for dataset in self.datasets.values():
-            if dataset.kind == "points":
-                return dataset.fields
-        raise ValueError(f"the method has no points; the frame has the datasets {', '.join(self.datasets)}")
+        return self._of_points().fields
 
     def __len__(self) -> int:
         return len(self.points["id"])
@@ -218,10 +218,9 @@ class Frame:
         columns: dict[str, np.ndarray] = {}
         units: dict[str, str] = {}
         for name, values in self.points.items():
-            suffixes = {1: [""], 3: [".x", ".y", ".z"], 6: [".xx", ".yy", ".zz", ".xy", ".yz", ".zx"]}
-            width = 1 if values.ndim == 1 else values.shape[1]
-            for number, suffix in enumerate(suffixes[width]):
-                columns[name + suffix] = values if values.ndim == 1 else values[:, number]
+            suffixes = [""] if values.ndim == 1 else [f".{own}" for own in _COMPONENTS[values.shape[1]][1]]
+            for suffix, column in zip(suffixes, values.reshape(len(values), -1).T):
+                columns[name + suffix] = column
                 units[name + suffix] = self.points.units[name]
         table = extra("pandas").DataFrame(columns)
         table.attrs["units"] = units
@@ -273,7 +272,8 @@ class RunResult:
 
     ``method``, ``case`` and ``folder`` are those of the run; ``error`` is the reason of a failure, ``is_interrupted`` says whether the run was
     stopped. ``steps`` is the number of steps, ``wall`` the wall-clock time (s). ``frames`` are in the order of time, ``last`` is the state at
-    the end and ``hash`` its hash (empty for an opened run on a map). ``warnings`` and ``notes`` have codes and texts, ``safety`` the factors of safety by name.
+    the end and ``hash`` its hash (empty for an opened run on a map). ``warnings`` and ``notes`` have codes and texts, ``safety`` the factors
+    of safety by name.
     """
 
     def __init__(

@@ -85,6 +85,17 @@ def _take_frames(task: _native.Task, kept: list[Frame] | None) -> None:
             kept.append(Frame(message[4]))
 
 
+def abandon(task: _native.Task, bar: ProgressBar | None = None) -> None:
+    """Stops a task and waits for its end; its results and its errors are dropped, since an exception of the caller comes out."""
+    task.stop()
+    if bar is not None:
+        bar.close()
+    try:
+        task.result()
+    except Exception:
+        pass
+
+
 def messages(task: _native.Task) -> Iterator[tuple[str, float, int, str, _native.FrameData | None]]:
     """Messages of a task until its end; signals are looked at between them."""
     while not task.is_finished():
@@ -180,13 +191,7 @@ def _run(case: Case, method: str | None, folder: Path | None, options: _RunOptio
             interrupt.add_note(f"the run had failed: {error}")
         raise
     except BaseException:
-        task.stop()
-        bar.close()
-        try:
-            task.result()
-        except Exception:
-            # The exception of the callback comes out unchanged.
-            pass
+        abandon(task, bar)
         raise
     bar.close()
     try:
@@ -246,13 +251,8 @@ def _frames(task: _native.Task) -> Iterator[Frame]:
                 del frame
         is_complete = True
     finally:
-        task.stop()
         if not is_complete:
-            try:
-                task.result()
-            except Exception:
-                # The reader has left, or has an exception of its own.
-                pass
+            abandon(task)
     for code, text in task.result().warnings:
         warnings.warn(ColluviumWarning(code, text), stacklevel=2)
 

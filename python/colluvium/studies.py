@@ -16,9 +16,9 @@ from ._checks import as_folder, as_names, check_count
 from ._extras import extra
 from .errors import ColluviumWarning, OutputError
 from .paths import plain
-from .rasters import LABELS, read_raster
+from .rasters import read_raster
 from .results import RunResult, folder_of, open_run
-from .running import CaseLike, Progress, ProgressBar, as_case, messages, warn
+from .running import CaseLike, Progress, ProgressBar, abandon, as_case, messages, warn
 
 if TYPE_CHECKING:
     import pandas
@@ -71,7 +71,7 @@ class Sweep:
             kind, _, rest = name.partition("-")
             if kind == "exceedance":
                 quantity, _, threshold = rest.rpartition("-")
-                label, _, unit = LABELS.get(quantity, f"{quantity} (").partition(" (")
+                label, _, unit = (_native.raster_label(quantity) or quantity).partition(" (")
                 raster.attrs["long_name"] = f"share of runs with {label} of at least {threshold} {unit.rstrip(')')}".strip()
         return found
 
@@ -140,13 +140,7 @@ def _follow(task: _native.Task, bar: ProgressBar) -> None:
                 done += 1
                 bar.show(done, end, done)
     except BaseException:
-        task.stop()
-        bar.close()
-        try:
-            task.result()
-        except Exception:
-            # The exception of the callback, or the interrupt, comes out unchanged.
-            pass
+        abandon(task, bar)
         raise
     bar.close()
 

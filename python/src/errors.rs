@@ -117,8 +117,8 @@ fn exception(class: &str, arguments: impl FnOnce(Python<'_>) -> PyResult<Py<PyTu
 pub fn case_error(errors: &CaseErrors) -> PyErr {
     let mut cause = None;
     let mut problem = |error: &CaseError| {
-        let (text, found) = law_errors::without_number(&error.kind.to_string());
-        cause = cause.take().or(found);
+        let text = error.kind.to_string();
+        cause = cause.take().or_else(|| law_errors::take_cause(&text));
         (error.path.clone(), text)
     };
     let problems: Vec<(String, String)> = errors.0.iter().map(&mut problem).collect();
@@ -145,7 +145,7 @@ pub fn folder_error(problem: &dyn Display, path: &std::path::Path) -> PyErr {
 
 /// `SolverError` with step, time (s), point and position (m), where they are known; its cause is the exception of a law in Python.
 pub fn failure(text: String, code: &str, state: Option<(u64, f64, u64, [f64; 3])>) -> PyErr {
-    let (text, cause) = law_errors::without_number(&text);
+    let cause = law_errors::take_cause(&text);
     let (step, time, point, position) = match state {
         Some((step, time, point, position)) => (Some(step), Some(time), Some(point), Some(position)),
         None => (None, None, None, None),

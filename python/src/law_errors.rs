@@ -6,8 +6,11 @@ use std::sync::{Mutex, PoisonError};
 
 use pyo3::prelude::*;
 
-/// Exceptions of laws that nobody has received yet, by their numbers in texts.
-static EXCEPTIONS: Mutex<(u64, BTreeMap<u64, PyErr>)> = Mutex::new((0, BTreeMap::new()));
+/// Exceptions of laws that nobody has received yet, by their texts, which the errors of a run contain.
+static EXCEPTIONS: Mutex<BTreeMap<String, PyErr>> = Mutex::new(BTreeMap::new());
+
+/// Most exceptions that are kept: all points of a step may raise one.
+const MAX_EXCEPTIONS: usize = 4096;
 
 thread_local! {
     /// First exception of a law in the element test of this thread.
@@ -18,11 +21,11 @@ thread_local! {
 
 /// Calls a function that runs an element test on this thread, and returns its result with the first exception of a law.
 pub fn with_first<T>(test: impl FnOnce() -> T) -> (T, Option<PyErr>) {
-    FIRST.take();
-    TESTS.set(true);
+    // A law may run an element test of its own.
+    let outer = (FIRST.take(), TESTS.replace(true));
     let result = test();
-    TESTS.set(false);
-    (result, FIRST.take())
+    TESTS.set(outer.1);
+    (result, FIRST.replace(outer.0))
 }
 
 /// Whether an element test runs on this thread.
@@ -30,53 +33,33 @@ pub fn is_testing() -> bool {
     TESTS.get()
 }
 
-/// Whether a law on this thread has raised an exception that nobody has taken.
+/// Whether a law has raised an exception in the element test of this thread.
 pub fn has_first() -> bool {
     FIRST.with_borrow(Option::is_some)
 }
 
 /// Keeps the first exception of a law on this thread, so that it ends an element test whose driver goes on.
-pub fn keep_first(error: &PyErr) {
+pub fn keep_first(error: PyErr) {
     FIRST.with_borrow_mut(|first| {
-        if first.is_none() {
-            *first = Python::attach(|py| Some(error.clone_ref(py)));
-        }
+        first.get_or_insert(error);
     });
 }
 
-/// Marks of the number of an exception in a text.
-const MARKS: [&str; 2] = ["\u{2}exception ", "\u{3}"];
-
-/// Most exceptions that are kept until an error takes one.
-const MAX_EXCEPTIONS: usize = 16;
-
-/// Text of an exception of a law, with a number under which it is kept.
+/// Text of an exception of a law, by which `take_cause` finds it.
 pub fn keep_exception(error: PyErr) -> String {
     let text = error.to_string();
     let mut kept = EXCEPTIONS.lock().unwrap_or_else(PoisonError::into_inner);
-    // All points of a step may raise the same exception.
-    if kept.1.len() < MAX_EXCEPTIONS {
-        kept.0 += 1;
-        let number = kept.0;
-        kept.1.insert(number, error);
+    if kept.len() < MAX_EXCEPTIONS {
+        kept.insert(text.clone(), error);
     }
-    format!("{text}{}{}{}", MARKS[0], kept.0, MARKS[1])
+    text
 }
 
-/// Text without the number of an exception, and the exception.
-pub fn without_number(text: &str) -> (String, Option<PyErr>) {
-    let (mut clean, mut cause) = (String::new(), None);
-    let mut rest = text;
-    while let Some((before, after)) = rest.split_once(MARKS[0]) {
-        let (number, after) = after.split_once(MARKS[1]).unwrap_or((after, ""));
-        if let Ok(number) = number.parse() {
-            let mut kept = EXCEPTIONS.lock().unwrap_or_else(PoisonError::into_inner);
-            cause = cause.or(kept.1.remove(&number));
-            kept.1.clear();
-        }
-        clean.push_str(before);
-        rest = after;
-    }
-    clean.push_str(rest);
-    (clean, cause)
+/// Exception whose text is in that of an error; all that were kept are forgotten then.
+pub fn take_cause(text: &str) -> Option<PyErr> {
+    let mut kept = EXCEPTIONS.lock().unwrap_or_else(PoisonError::into_inner);
+    let found = kept.keys().filter(|own| text.contains(own.as_str())).max_by_key(|own| own.len())?.clone();
+    let cause = kept.remove(&found);
+    kept.clear();
+    cause
 }

@@ -1,7 +1,7 @@
 //! Material laws written in Python.
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use colluvium::constitutive::driver::PATH_COLUMNS;
 use colluvium::constitutive::{
@@ -15,6 +15,20 @@ use serde_json::{Map, Value};
 
 use crate::errors::value_error;
 use crate::law_errors::{has_first, is_testing, keep_exception, keep_first};
+
+/// Names of laws and of their internal variables, which live as long as the program.
+static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+
+/// Name that lives as long as the program; equal ones share their memory.
+fn static_name(name: &str) -> &'static str {
+    let mut known = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(own) = known.get(name) {
+        return own;
+    }
+    let own = String::leak(name.to_owned());
+    known.insert(own);
+    own
+}
 
 /// Fields of points that every method has.
 const FIELDS: [&str; 12] = [
@@ -137,7 +151,9 @@ impl SmallStrain for PythonLaw {
         }
         Python::attach(|py| self.call_update(py, strain, motion.dt, old)).map_err(|error| {
             if self.is_tested {
-                keep_first(&error);
+                let text = error.to_string();
+                keep_first(error);
+                return failed(text);
             }
             failed(keep_exception(error))
         })
@@ -191,8 +207,7 @@ impl PythonFactory {
                 )));
             }
         }
-        // Names of fields live as long as the program.
-        let names = state.iter().map(|(name, _)| -> &'static str { String::leak(name.clone()) });
+        let names = state.iter().map(|(name, _)| static_name(name));
         Ok(PythonLaw {
             name: self.name,
             is_tested: is_testing(),
@@ -224,6 +239,6 @@ impl MaterialFactory for PythonFactory {
 /// it.
 #[pyfunction]
 pub fn register_law(name: &str, class_: Py<PyAny>) {
-    let name: &'static str = String::leak(name.to_owned());
+    let name = static_name(name);
     register_material(Box::leak(Box::new(PythonFactory { name, class: class_ })));
 }

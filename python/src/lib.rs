@@ -56,6 +56,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(laws::register_law, module)?)?;
     module.add_function(wrap_pyfunction!(pages::draw_map, module)?)?;
     module.add_function(wrap_pyfunction!(pages::open_run, module)?)?;
+    module.add_function(wrap_pyfunction!(pages::raster_label, module)?)?;
     module.add_function(wrap_pyfunction!(pages::read_raster, module)?)?;
     module.add_function(wrap_pyfunction!(pages::write_raster, module)?)?;
     module.add_function(wrap_pyfunction!(pages::write_report, module)?)?;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use colluvium::case::run::{self, RunStatus};
-use colluvium::output::raster_maps::raster_map;
+use colluvium::output::raster_maps;
 use colluvium::output::run_pictures::view_plane;
 use colluvium::plots::Picture;
 use colluvium::points::{Georeference, Raster};
@@ -73,6 +73,12 @@ pub fn write_raster(
     colluvium::terrain::write_raster(&file, &raster).map_err(|error| folder_error(&error, &file))
 }
 
+/// Quantity of a raster of results with its unit; `None` for other names.
+#[pyfunction]
+pub fn raster_label(name: &str) -> Option<&'static str> {
+    raster_maps::raster_label(name)
+}
+
 /// Raster of an array with one row per y, from the smallest.
 fn raster_of(
     values: &PyReadonlyArray2<'_, f64>,
@@ -105,7 +111,8 @@ pub fn draw_map(
 ) -> PyResult<()> {
     let raster = raster_of(&values, origin, spacing, None);
     let case = in_pool(py, || read_case(text, &folder))?.map_err(|errors| case_error(&errors))?;
-    let map = raster_map(&case, raster, title, label).map_err(|error| case_error(&error.into()))?;
+    let map =
+        raster_maps::raster_map(&case, raster, title, label).map_err(|error| case_error(&error.into()))?;
     py.detach(|| map.write(&file)).map_err(|error| output_error(&error))
 }
 

@@ -162,3 +162,25 @@ def test_references_and_numbers_of_runs(tmp_path, column):
             cl.run(column, threads=wrong)
     with pytest.raises(TypeError):
         cl.run(column, threads=True)
+
+
+def test_the_cause_is_the_exception_of_this_run_and_texts_are_clean(column, tmp_path):
+    # Exceptions in element tests leave nothing behind that a later run could take for its own.
+    for number in range(40):
+        Linear.calls, Linear.fails_at = 0, 1
+        with pytest.raises(cl.SolverError):
+            oedometer("python-linear").run()
+    Linear.fails_at = 0
+
+    @cl.law("python-fails-at-once")
+    class Fails(Linear):
+        def update(self, strain, stress, state, dt):
+            raise LookupError("mine")
+
+    column.update({"materials.sand": {"model": "external", "law": "python-fails-at-once", "density": 2000}})
+    with pytest.raises(cl.SolverError) as failed:
+        cl.run(column)
+    assert isinstance(failed.value.__cause__, LookupError)
+    with pytest.warns(cl.ColluviumWarning, match="mine"):
+        found = cl.sweep(column, {"density": {"at": "materials.sand.density", "values": [1900]}}, tmp_path / "s")
+    assert found.failures[0].isprintable()

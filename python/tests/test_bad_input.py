@@ -55,7 +55,7 @@ def test_other_sources_are_refused(tmp_path):
     for source in (3, None, ["a"], np.zeros(3)):
         with pytest.raises(TypeError):
             cl.Case(source)
-    with pytest.raises(cl.CaseError):
+    with pytest.raises(cl.CaseError, match="no text"):
         cl.Case({1: 2})
     with pytest.raises(ValueError, match="did you mean 'column-collapse'"):
         cl.Case.template("column-colapse")

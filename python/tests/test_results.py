@@ -108,10 +108,7 @@ def test_points_and_meshes_for_meshio(tmp_path):
     mesh = run.last.to_meshio()
     assert np.array_equal(mesh.points, run.last.points["position"]) and mesh.point_data["velocity"].shape[1] == 3
     mesh.write(tmp_path / "points.vtu")
-    case = short_case("direct-shear") if "direct-shear" in cl.templates() else None
-    if case is None or "dem" not in case.to_dict()["methods"]:
-        names = [name for name in cl.templates() if "dem" in cl.Case.template(name).to_dict()["methods"]]
-        case = short_case(names[0])
+    case = short_case("landslide")
     case["output.contacts"] = True
     frame = cl.run(case, "dem").frames[-1]
     contacts = frame.datasets["contacts"]

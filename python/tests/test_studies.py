@@ -23,6 +23,13 @@ def test_a_sweep_has_a_row_for_each_run(tmp_path, column):
     assert cl.sweep(column, ANGLES, tmp_path / "sweep", resume=True).is_complete
 
 
+def test_a_parameter_without_effect_is_named(tmp_path):
+    # The law of the bed replaces the friction of the material.
+    case = short_case("debris-flow")
+    with pytest.warns(cl.ColluviumWarning, match="angle: has no effect"):
+        cl.sweep(case, {"angle": {"at": "materials.debris.friction_angle", "values": [20, 30]}}, tmp_path / "s")
+
+
 def test_wrong_sweeps_name_their_paths(tmp_path, column):
     with pytest.raises(cl.CaseError, match="materials.clay"):
         cl.sweep(column, {"a": {"at": ["materials.clay.density"], "values": [1]}}, tmp_path / "a")
@@ -36,17 +43,8 @@ def test_wrong_sweeps_name_their_paths(tmp_path, column):
 def test_exceedance_is_a_raster_of_shares(tmp_path):
     pytest.importorskip("xarray")
     case = short_case("debris-flow")
-    body = {"at": ["methods.depth-sph.friction_angle"], "values": [10, 30]}
-    paths = case.to_dict()["methods"]["depth-sph"]
-    name = next((key for key in paths if "friction" in key), None)
-    material = next(iter(case.to_dict()["materials"]))
-    keys = case.to_dict()["materials"][material]
-    if name is None:
-        key = next(key for key in keys if "friction" in key)
-        body = {"at": [f"materials.{material}.{key}"], "values": [keys[key], 0.9 * keys[key]]}
-    else:
-        body["at"] = [f"methods.depth-sph.{name}"]
-    found = cl.sweep(case, {"friction": body}, tmp_path / "s", exceedance={"peak_thickness_vertical": [0.1]})
+    friction = {"at": "methods.depth-sph.basal.friction_angle", "values": [5, 9]}
+    found = cl.sweep(case, {"friction": friction}, tmp_path / "s", exceedance={"peak_thickness_vertical": [0.1]})
     rasters = found.rasters
     assert rasters
     share = next(iter(rasters.values()))

@@ -11,7 +11,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error_collector::ErrorCollector;
-use crate::{Body, Case, FactorOfSafety, Field, FieldData, FieldRole, Reaction, Snapshot, Solver};
+use crate::{
+    Body, Case, FactorOfSafety, Field, FieldData, FieldRole, FrameRequest, Reaction, Snapshot, Solver,
+};
 
 pub use crate::measure::points::arc_front::{ArcFront, arc_front};
 pub use crate::measure::points::crack_tip::CrackTip;
@@ -221,7 +223,6 @@ impl Measure {
     }
 
     /// Fields that the measure reads.
-    #[cfg(feature = "output")]
     pub(crate) fn fields(&self) -> Vec<FieldUse<'_>> {
         self.definition().fields()
     }
@@ -250,7 +251,6 @@ impl Measure {
 }
 
 /// Fields that the measures of a case read from points, besides ids, bodies, positions and extents.
-#[cfg(feature = "output")]
 pub(crate) fn fields_of_measures(case: &Case) -> Vec<String> {
     let named = case.measures.values().flat_map(Measure::fields).map(|used| used.name.into_owned());
     ["mass", "displacement"].map(str::to_owned).into_iter().chain(named).collect()
@@ -269,7 +269,10 @@ pub fn read(state: &MeasuredState<'_>) -> Vec<ScalarOutput> {
 /// Reads the measures of the case from the present state of a solver, as [`read`]. Those of a run, profiles and factors of safety, have no
 /// value here.
 pub fn read_solver(case: &Case, solver: &dyn Solver) -> Vec<ScalarOutput> {
-    read_snapshot(case, solver, &solver.snapshot())
+    let fields = fields_of_measures(case);
+    let names: Vec<&str> = fields.iter().map(String::as_str).collect();
+    let points = solver.frame(FrameRequest::Fields(&names)).into_measured_points();
+    read_snapshot(case, solver, &points)
 }
 
 /// Reads the measures of the case from a solver and from the snapshot of its present state.

@@ -26,6 +26,12 @@ const MAPPED_RASTERS: [(&str, &str); 8] = [
     ("bed_change", "change of the bed (m)"),
 ];
 
+/// Quantity of a raster of results with its unit, such as `peak velocity (m/s)`; `None` for other names.
+pub fn raster_label(name: &str) -> Option<&'static str> {
+    let mapped = MAPPED_RASTERS.into_iter().find(|(own, _)| *own == name).map(|(_, label)| label);
+    mapped.or((name == "final_velocity").then_some("final velocity (m/s)"))
+}
+
 /// Maps of the rasters in the folder of a run, by the name of the raster. They show shaded terrain, the raster in colours, and outlines of
 /// layers and of the observed event. Outlines are missing where the files of the case have changed since the run. Empty without rasters.
 ///

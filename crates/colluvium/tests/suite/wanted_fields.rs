@@ -1,5 +1,6 @@
 //! Frames with some fields only.
 
+use colluvium::case::measure::{MeasuredState, read, read_solver};
 use colluvium::case::{Case, FrameRequest, Snapshot, Solver};
 
 /// Snapshot of a request.
@@ -24,6 +25,17 @@ fn a_frame_has_the_wanted_fields_with_their_values_in_the_whole_frame() {
             let whole = snapshot(&*solver, FrameRequest::Measured);
             let none = snapshot(&*solver, FrameRequest::Fields(&[]));
             assert_eq!(none, Snapshot { fields: Vec::new(), ..whole.clone() }, "{name}, {method}");
+            // Measures ask for the fields that they read, and for no others.
+            let travels = solver.removal_shape_travel();
+            let state = MeasuredState {
+                case: &case,
+                snapshot: &whole,
+                solver: Some(&*solver),
+                cell: solver.cell_size(),
+                travels: &travels,
+            };
+            let (wanted, all) = (read_solver(&case, &*solver), read(&state));
+            assert_eq!(format!("{wanted:?}"), format!("{all:?}"), "{name}, {method}");
             for field in &whole.fields {
                 let found = snapshot(&*solver, FrameRequest::Fields(&[&field.name]));
                 let text = |fields: &[colluvium::case::Field]| format!("{fields:?}");
