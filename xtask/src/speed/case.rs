@@ -1,9 +1,10 @@
 //! `cargo xtask bench --case FILE`: point-updates per second of any case with any method, on several numbers of threads.
 
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use colluvium::case::Case;
+use colluvium::case::{Case, Solver};
+use sysinfo::{Pid, ProcessRefreshKind, ProcessesToUpdate, System};
 
 /// Settings of the measurement of a case.
 pub struct CaseBenchSettings<'a> {
@@ -21,19 +22,58 @@ pub struct CaseBenchSettings<'a> {
     pub seconds: f64,
 }
 
-/// Measured speed: points at the end, counted steps, point-updates and their time (s).
+/// Measured speed: points at the end, counted steps, point-updates, their wall time (s) and their processor time (s).
 struct CaseMeasurement {
     points: usize,
     steps: usize,
     updates: f64,
     seconds: f64,
+    cpu_seconds: f64,
+    end: EndState,
 }
 
 impl CaseMeasurement {
-    /// Million point-updates per second.
+    /// Million point-updates per second of wall time.
     fn rate(&self) -> f64 {
         self.updates / self.seconds / 1e6
     }
+
+    /// Million point-updates per second of processor time.
+    fn cpu_rate(&self) -> f64 {
+        self.updates / self.cpu_seconds / 1e6
+    }
+}
+
+/// State after the measured steps, by which programs with the same case are compared.
+struct EndState {
+    /// Time (s).
+    time: f64,
+    /// Mean of the positions of the points (m).
+    centre: [f64; 3],
+    /// Kinetic energy (J), not-a-number for methods that do not give it.
+    kinetic: f64,
+}
+
+impl EndState {
+    /// End state of a solver.
+    fn of(solver: &dyn Solver) -> Self {
+        let positions = solver.snapshot().positions;
+        let count = positions.len().max(1) as f64;
+        let mean = |axis: usize| positions.iter().map(|x| x[axis]).sum::<f64>() / count;
+        Self { time: solver.time(), centre: [mean(0), mean(1), mean(2)], kinetic: solver.totals().kinetic }
+    }
+}
+
+/// Processor time of this process so far, of all threads, in steps of about 10 ms; zero where the system does not report it.
+fn processor_time() -> Duration {
+    let id = Pid::from_u32(std::process::id());
+    let mut system = System::new();
+    system.refresh_processes_specifics(
+        ProcessesToUpdate::Some(&[id]),
+        false,
+        ProcessRefreshKind::nothing().with_cpu(),
+    );
+    Duration::from_millis(system.process(id).map_or(0, |process| process.accumulated_cpu_time()))
 }
 
 /// Runs a case from its start and measures steps of its first stage: `steps` of them, or as many as fit in `seconds`.
@@ -54,15 +94,17 @@ fn measure(
     for _ in 0..settings.warm_up_steps {
         step()?;
     }
-    let start = Instant::now();
-    let mut measured = CaseMeasurement { points: 0, steps: 0, updates: 0.0, seconds: 0.0 };
-    while steps.map_or(measured.seconds < settings.seconds, |largest| measured.steps < largest) {
-        measured.points = step()?;
-        measured.steps += 1;
-        measured.updates += measured.points as f64;
-        measured.seconds = start.elapsed().as_secs_f64();
+    let (start, cpu_start) = (Instant::now(), processor_time());
+    let (mut points, mut count, mut updates, mut seconds) = (0, 0, 0.0, 0.0);
+    while steps.map_or(seconds < settings.seconds, |largest| count < largest) {
+        points = step()?;
+        count += 1;
+        updates += points as f64;
+        seconds = start.elapsed().as_secs_f64();
     }
-    Ok(measured)
+    let cpu_seconds = (processor_time() - cpu_start).as_secs_f64();
+    let end = EndState::of(&*solver);
+    Ok(CaseMeasurement { points, steps: count, updates, seconds, cpu_seconds, end })
 }
 
 /// Prints a row for each method and number of threads. All rows of a method have the same steps, so that their work is equal.
@@ -72,7 +114,10 @@ pub fn print_table(settings: &CaseBenchSettings) -> Result<(), String> {
         Some(name) => vec![name],
         None => case.methods.keys().map(String::as_str).collect(),
     };
-    println!("method,points,steps,threads,seconds,million_updates_per_second,times_the_first");
+    println!(
+        "method,points,steps,threads,seconds,million_updates_per_second,times_the_first,cpu_seconds,\
+         million_updates_per_cpu_second,time,centre_x,centre_y,centre_z,kinetic_energy"
+    );
     for method in methods {
         let (mut steps, mut first) = (settings.steps, None);
         for &threads in settings.threads {
@@ -81,9 +126,14 @@ pub fn print_table(settings: &CaseBenchSettings) -> Result<(), String> {
             let measured = pool.install(|| measure(&case, method, settings, steps))?;
             steps.get_or_insert(measured.steps);
             let first = *first.get_or_insert(measured.rate());
-            let CaseMeasurement { points, steps, seconds, .. } = measured;
-            let rate = measured.rate();
-            println!("{method},{points},{steps},{threads},{seconds:.3},{rate:.3},{:.2}", rate / first);
+            let (rate, cpu_rate) = (measured.rate(), measured.cpu_rate());
+            let CaseMeasurement { points, steps, seconds, cpu_seconds, end, .. } = measured;
+            let EndState { time, centre: [x, y, z], kinetic } = end;
+            println!(
+                "{method},{points},{steps},{threads},{seconds:.3},{rate:.3},{:.2},{cpu_seconds:.2},{cpu_rate:.3},\
+                 {time:.6e},{x:.9e},{y:.9e},{z:.9e},{kinetic:.6e}",
+                rate / first
+            );
         }
     }
     Ok(())

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::{
-    BLOCK_SIZE, BatchError, InitialCondition, Law, Material, MaterialError, Motion, StateBlock, States,
-    SymTensor, Tangent, UpdateCost,
+    BLOCK_SIZE, BatchError, InitialCondition, Law, Material, MaterialError, Motion, MotionBlock, StateBlock,
+    States, SymTensor, Tangent, UpdateCost,
 };
 
 /// Modification of an inner material by an outer one, such as an eigenstrain. [`WrappedMaterial`] makes a [`Material`] of it.
@@ -29,6 +29,9 @@ pub(crate) trait Wrapper: Send + Sync + 'static {
 
     /// Motion that is passed to the inner law, and internal variables of the wrapper at the end of the step.
     fn step(&self, motion: &Motion, own: &Self::OwnState) -> (Motion, Self::OwnState);
+
+    /// Whether the motion of the point is passed to the inner law without a change.
+    const KEEPS_MOTION: bool = false;
 
     /// Whether the motion passed to the inner law depends on time, see [`crate::Law::is_time_dependent`].
     const TIME_DEPENDENT: bool = false;
@@ -78,6 +81,26 @@ impl<W: Wrapper> WrappedMaterial<W> {
             *slot = self.wrapper.inner_stress(stress, own);
         }
         inner
+    }
+
+    /// Sets the stresses of points from those of the inner law (Pa).
+    ///
+    /// # Errors
+    /// The first point whose stress is not finite.
+    fn set_outer_stresses(
+        &self,
+        stresses: &mut [SymTensor],
+        inner: &[SymTensor],
+        own: &[W::OwnState],
+    ) -> Result<(), BatchError> {
+        for (index, ((stress, inner), own)) in stresses.iter_mut().zip(inner).zip(own).enumerate() {
+            *stress = self.wrapper.outer_stress(inner, own);
+            if !stress.is_finite() {
+                let source = MaterialError::Motion { model: W::NAME, reason: "the stress is not finite" };
+                return Err(BatchError { index, source });
+            }
+        }
+        Ok(())
     }
 }
 
@@ -146,14 +169,31 @@ impl<W: Wrapper> Material for WrappedMaterial<W> {
             (*slot, *own) = self.wrapper.step(motion, own);
         }
         self.inner.update(&inside[..count], &mut inner[..count], block)?;
-        for (index, ((stress, inner), own)) in stresses.iter_mut().zip(&inner).zip(own.iter()).enumerate() {
-            *stress = self.wrapper.outer_stress(inner, own);
-            if !stress.is_finite() {
-                let source = MaterialError::Motion { model: W::NAME, reason: "the stress is not finite" };
-                return Err(BatchError { index, source });
+        self.set_outer_stresses(stresses, &inner, own)
+    }
+
+    fn update_block(
+        &self,
+        motions: &MotionBlock,
+        stresses: &mut [SymTensor],
+        states: &mut StateBlock,
+    ) -> Result<(), BatchError> {
+        let count = stresses.len();
+        if !W::KEEPS_MOTION {
+            return self.update(&motions.to_array(count)[..count], stresses, states);
+        }
+        if !motions.are_valid(count) {
+            for index in 0..count {
+                motions.motion(index).check(W::NAME).map_err(|source| BatchError { index, source })?;
             }
         }
-        Ok(())
+        let (own, block) = states.own_and_inner_mut::<W::OwnState>();
+        let mut inner = self.inner_stresses(stresses, own);
+        for (index, own) in own.iter_mut().enumerate() {
+            *own = self.wrapper.step(&motions.motion(index), own).1;
+        }
+        self.inner.update_block(motions, &mut inner[..count], block)?;
+        self.set_outer_stresses(stresses, &inner, own)
     }
 
     fn wave_moduli(&self, stresses: &[SymTensor], states: &StateBlock, out: &mut [f64]) {

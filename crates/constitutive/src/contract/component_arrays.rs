@@ -108,19 +108,8 @@ impl ComponentArrays {
     }
 
     /// Computes the principal stresses of all points in descending order, with their directions.
-    #[inline(never)]
     pub(crate) fn spectra(&self, spectra: &mut Spectra) {
-        let [xx, yy, zz, xy, yz, zx] = &self.stress;
-        let [v0, v1, v2] = &mut spectra.values;
-        let [n0, n1, n2, n3, n4, n5, n6, n7, n8] = &mut spectra.directions;
-        for i in 0..BLOCK_SIZE {
-            let stress = SymTensor([xx[i], yy[i], zz[i], xy[i], yz[i], zx[i]]);
-            let Spectrum { values, directions: [a, b, c] } = stress.spectrum_without_branches();
-            (v0[i], v1[i], v2[i]) = (values[0], values[1], values[2]);
-            (n0[i], n1[i], n2[i]) = (a[0], a[1], a[2]);
-            (n3[i], n4[i], n5[i]) = (b[0], b[1], b[2]);
-            (n6[i], n7[i], n8[i]) = (c[0], c[1], c[2]);
-        }
+        spectra.compute(&self.stress);
     }
 
     /// Whether all gradients are finite and no strain increment is larger than `largest`.
@@ -179,15 +168,29 @@ impl ComponentArrays {
 }
 
 /// Principal values and directions of a batch of symmetric tensors.
-pub(crate) struct Spectra {
-    values: [BlockArray; 3],
-    directions: [BlockArray; 9],
+pub(crate) struct Spectra<const N: usize = BLOCK_SIZE> {
+    values: [[f64; N]; 3],
+    directions: [[f64; N]; 9],
 }
 
-impl Spectra {
+impl<const N: usize> Spectra<N> {
     /// Array of spectra before they are computed.
-    pub(crate) const EMPTY: Self =
-        Self { values: [[0.0; BLOCK_SIZE]; 3], directions: [[0.0; BLOCK_SIZE]; 9] };
+    pub(crate) const EMPTY: Self = Self { values: [[0.0; N]; 3], directions: [[0.0; N]; 9] };
+
+    /// Computes the spectra of tensors in one array per component (xx, yy, zz, xy, yz, zx), equal to [`SymTensor::spectrum`].
+    #[inline(never)]
+    pub(crate) fn compute(&mut self, [xx, yy, zz, xy, yz, zx]: &[[f64; N]; 6]) {
+        let [v0, v1, v2] = &mut self.values;
+        let [n0, n1, n2, n3, n4, n5, n6, n7, n8] = &mut self.directions;
+        for i in 0..N {
+            let tensor = SymTensor([xx[i], yy[i], zz[i], xy[i], yz[i], zx[i]]);
+            let Spectrum { values, directions: [a, b, c] } = tensor.spectrum_without_branches();
+            (v0[i], v1[i], v2[i]) = (values[0], values[1], values[2]);
+            (n0[i], n1[i], n2[i]) = (a[0], a[1], a[2]);
+            (n3[i], n4[i], n5[i]) = (b[0], b[1], b[2]);
+            (n6[i], n7[i], n8[i]) = (c[0], c[1], c[2]);
+        }
+    }
 
     /// Principal values and directions of point `index`.
     #[inline]

@@ -4,10 +4,12 @@
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use crate::adapters::hencky::push_forward;
+use crate::adapters::hencky::{push_forward, push_forward_in_plane};
+use crate::contract::motion::OUT_OF_PLANE_COMPONENTS;
 use crate::contract::tangent::from_spatial;
 use crate::{
-    InitialCondition, Law, Mat3, MaterialError, Motion, Point, PointLaw, StressUpdate, SymTensor, Tangent,
+    BLOCK_SIZE, BatchError, InitialCondition, Law, Mat3, MaterialError, Motion, MotionBlock, Point, PointLaw,
+    StressUpdate, SymTensor, Tangent,
 };
 
 /// Left Cauchy–Green tensor of a point minus the unit tensor, `b - 1`, which resolves small strains without cancellation.
@@ -31,6 +33,12 @@ pub trait FiniteElastic: Send + Sync + 'static {
     /// Cauchy stress (Pa).
     fn cauchy_stress(&self, b: &SymTensor) -> SymTensor;
 
+    /// Cauchy stress (Pa) of a tensor with the third axis as principal axis.
+    #[inline(always)]
+    fn cauchy_stress_in_plane(&self, b: &SymTensor) -> SymTensor {
+        self.cauchy_stress(b)
+    }
+
     /// Tensor `b - 1` that has the Cauchy stress `stress` (Pa).
     ///
     /// # Errors
@@ -40,8 +48,8 @@ pub trait FiniteElastic: Send + Sync + 'static {
     /// Spatial tangent (Pa) of the Kirchhoff stress.
     fn spatial_tangent(&self, b: &SymTensor) -> Tangent;
 
-    /// P-wave modulus (Pa) in the stiffest direction; `stress` is the Cauchy stress (Pa).
-    fn max_wave_modulus(&self, b: &SymTensor, stress: &SymTensor) -> f64;
+    /// P-wave modulus (Pa) in the stiffest direction; `stress` is the Cauchy stress (Pa), `largest` the largest principal value of `b - 1`.
+    fn max_wave_modulus(&self, b: &SymTensor, largest: f64, stress: &SymTensor) -> f64;
 
     /// Energy per unit initial volume (J/m³).
     fn initial_energy(&self, b: &SymTensor) -> f64;
@@ -62,7 +70,25 @@ impl<L: FiniteElastic> PointLaw for L {
     }
 
     fn wave_modulus(&self, point: &Point<LeftCauchyGreen>) -> f64 {
-        self.max_wave_modulus(&point.state.0, &point.stress)
+        let b = &point.state.0;
+        let largest = match lies_in_plane(b) {
+            true => b.greatest_principal_value_in_plane(),
+            false => b.greatest_principal_value(),
+        };
+        self.max_wave_modulus(b, largest, &point.stress)
+    }
+
+    fn wave_moduli_batch(&self, stresses: &[SymTensor], states: &[LeftCauchyGreen], out: &mut [f64]) {
+        for ((stresses, states), out) in
+            stresses.chunks(BLOCK_SIZE).zip(states.chunks(BLOCK_SIZE)).zip(out.chunks_mut(BLOCK_SIZE))
+        {
+            let mut b = [[0.0; BLOCK_SIZE]; 6];
+            load(states, &mut b);
+            let largest = largest_changes(&b);
+            for (i, (stress, state)) in stresses.iter().zip(states).enumerate() {
+                out[i] = self.max_wave_modulus(&state.0, largest[i], stress);
+            }
+        }
     }
 
     fn stored_energy(&self, point: &Point<LeftCauchyGreen>) -> Option<f64> {
@@ -78,8 +104,38 @@ impl<L: FiniteElastic> StressUpdate for L {
         motion: &Motion,
         old: &Point<LeftCauchyGreen>,
     ) -> Result<Point<LeftCauchyGreen>, MaterialError> {
-        let b = updated_left_cauchy_green(L::NAME, &old.state.0, motion)?;
-        Ok(Point { stress: check_finite(L::NAME, self.cauchy_stress(&b))?, state: LeftCauchyGreen(b) })
+        let step: [_; 9] = std::array::from_fn(|c| [motion.deformation.0[c / 3][c % 3]]);
+        let mut lanes = DeformationArrays::<1>::UNIT;
+        lanes.b = old.state.0.0.map(|value| [value]);
+        lanes.step(self, &step.each_ref(), 1);
+        lanes.check(L::NAME, 0)?;
+        Ok(Point { stress: lanes.stress_of(0), state: LeftCauchyGreen(tensor(&lanes.b, 0)) })
+    }
+
+    fn update_block(
+        &self,
+        motions: &MotionBlock,
+        stresses: &mut [SymTensor],
+        states: &mut [LeftCauchyGreen],
+    ) -> Result<(), BatchError> {
+        let zero = [0.0; BLOCK_SIZE];
+        let mut step = motions.deformation.each_ref();
+        if motions.in_plane {
+            OUT_OF_PLANE_COMPONENTS.iter().for_each(|c| step[*c] = &zero);
+        }
+        let mut lanes = DeformationArrays::<BLOCK_SIZE>::UNIT;
+        load(states, &mut lanes.b);
+        lanes.step(self, &step, stresses.len());
+        if !lanes.are_valid(stresses.len()) {
+            for index in 0..stresses.len() {
+                lanes.check(L::NAME, index).map_err(|source| BatchError { index, source })?;
+            }
+        }
+        for (i, (stress, state)) in stresses.iter_mut().zip(states).enumerate() {
+            *stress = lanes.stress_of(i);
+            state.0 = tensor(&lanes.b, i);
+        }
+        Ok(())
     }
 
     fn tangent(&self, motion: &Motion, old: &Point<LeftCauchyGreen>) -> Result<Tangent, MaterialError> {
@@ -97,6 +153,165 @@ impl<L: FiniteElastic> StressUpdate for L {
     ) -> Option<f64> {
         Some(0.0)
     }
+}
+
+/// Tensors `b - 1` and stresses of up to `N` points, in one array per component (xx, yy, zz, xy, yz, zx), and the volume ratios of a step.
+struct DeformationArrays<const N: usize> {
+    b: [[f64; N]; 6],
+    stress: [[f64; N]; 6],
+    ratio: [f64; N],
+}
+
+/// Tensor of point `index` of arrays per component.
+#[inline(always)]
+fn tensor<const N: usize>(lanes: &[[f64; N]; 6], index: usize) -> SymTensor {
+    let [xx, yy, zz, xy, yz, zx] = lanes;
+    SymTensor([xx[index], yy[index], zz[index], xy[index], yz[index], zx[index]])
+}
+
+/// Stores the tensor of point `index` in arrays per component.
+#[inline(always)]
+fn set_tensor<const N: usize>(lanes: &mut [[f64; N]; 6], index: usize, value: &SymTensor) {
+    let [xx, yy, zz, xy, yz, zx] = lanes;
+    (xx[index], yy[index], zz[index]) = (value.0[0], value.0[1], value.0[2]);
+    (xy[index], yz[index], zx[index]) = (value.0[3], value.0[4], value.0[5]);
+}
+
+/// Copies the tensors of states to arrays per component.
+#[inline(always)]
+fn load(states: &[LeftCauchyGreen], b: &mut [[f64; BLOCK_SIZE]; 6]) {
+    for (i, state) in states.iter().enumerate().take(BLOCK_SIZE) {
+        set_tensor(b, i, &state.0);
+    }
+}
+
+/// Whether the third axis is a principal axis of the tensor.
+#[inline(always)]
+fn lies_in_plane(b: &SymTensor) -> bool {
+    (b.0[4] == 0.0) & (b.0[5] == 0.0)
+}
+
+/// Largest principal values of tensors in arrays per component, each as in [`PointLaw::wave_modulus`].
+#[inline(never)]
+fn largest_changes(b: &[[f64; BLOCK_SIZE]; 6]) -> [f64; BLOCK_SIZE] {
+    let mut largest = [0.0; BLOCK_SIZE];
+    for i in 0..BLOCK_SIZE {
+        largest[i] = tensor(b, i).greatest_principal_value_in_plane();
+    }
+    if (0..BLOCK_SIZE).any(|i| !lies_in_plane(&tensor(b, i))) {
+        for i in 0..BLOCK_SIZE {
+            let (b, in_plane) = (tensor(b, i), largest[i]);
+            largest[i] = if lies_in_plane(&b) { in_plane } else { b.greatest_principal_value() };
+        }
+    }
+    largest
+}
+
+impl<const N: usize> DeformationArrays<N> {
+    /// Points without strain and stress.
+    const UNIT: Self = Self { b: [[0.0; N]; 6], stress: [[0.0; N]; 6], ratio: [1.0; N] };
+
+    /// Stress of point `index` (Pa).
+    #[inline(always)]
+    fn stress_of(&self, index: usize) -> SymTensor {
+        tensor(&self.stress, index)
+    }
+
+    /// Updates tensors and stresses of the first `count` points by a step with the deformations `step`. The arithmetic of a point depends
+    /// on its own step and tensor only.
+    #[inline(always)]
+    fn step<L: FiniteElastic>(&mut self, law: &L, step: &[&[f64; N]; 9], count: usize) {
+        let planar = (0..count).filter(|i| self.is_planar(step, *i)).count();
+        if planar == count {
+            return self.step_in_plane(law, step);
+        }
+        if planar == 0 {
+            return self.step_in_space(law, step);
+        }
+        for i in 0..count {
+            let own: [_; 9] = std::array::from_fn(|c| [step[c][i]]);
+            let mut alone = DeformationArrays::<1>::UNIT;
+            alone.b = tensor(&self.b, i).0.map(|value| [value]);
+            match self.is_planar(step, i) {
+                true => alone.step_in_plane(law, &own.each_ref()),
+                false => alone.step_in_space(law, &own.each_ref()),
+            }
+            set_tensor(&mut self.b, i, &tensor(&alone.b, 0));
+            set_tensor(&mut self.stress, i, &alone.stress_of(0));
+            self.ratio[i] = alone.ratio[0];
+        }
+    }
+
+    /// Whether step and tensor of a point leave the third axis unchanged.
+    #[inline(always)]
+    fn is_planar(&self, [_, _, c, _, _, f, g, h, _]: &[&[f64; N]; 9], i: usize) -> bool {
+        let along = (c[i] == 0.0) & (f[i] == 0.0) & (g[i] == 0.0) & (h[i] == 0.0);
+        along & lies_in_plane(&tensor(&self.b, i))
+    }
+
+    /// Step of points that neither move nor are sheared out of the plane of the first two axes.
+    #[inline(never)]
+    fn step_in_plane<L: FiniteElastic>(&mut self, law: &L, [a, b, _, d, e, _, _, _, k]: &[&[f64; N]; 9]) {
+        for i in 0..N {
+            let [xx, yy, zz, xy, ..] = tensor(&self.b, i).0;
+            let (new, ratio) = push_forward_in_plane([xx, yy, zz, xy], [a[i], b[i], d[i], e[i], k[i]]);
+            let stress = law.cauchy_stress_in_plane(&new);
+            set_tensor(&mut self.b, i, &new);
+            set_tensor(&mut self.stress, i, &stress);
+            self.ratio[i] = ratio;
+        }
+    }
+
+    /// Step of points with any motion.
+    #[inline(never)]
+    fn step_in_space<L: FiniteElastic>(&mut self, law: &L, [a, b, c, d, e, f, g, h, k]: &[&[f64; N]; 9]) {
+        for i in 0..N {
+            let step = Mat3([[a[i], b[i], c[i]], [d[i], e[i], f[i]], [g[i], h[i], k[i]]]);
+            let new = push_forward(&tensor(&self.b, i), &step);
+            let stress = law.cauchy_stress(&new);
+            set_tensor(&mut self.b, i, &new);
+            set_tensor(&mut self.stress, i, &stress);
+            self.ratio[i] = step.determinant();
+        }
+    }
+
+    /// Whether the first `count` points pass [`DeformationArrays::check`].
+    #[inline(always)]
+    fn are_valid(&self, count: usize) -> bool {
+        let mut valid = true;
+        for i in 0..count {
+            valid &= (self.ratio[i] > 0.0) & is_finite(&tensor(&self.b, i)) & is_finite(&self.stress_of(i));
+        }
+        valid
+    }
+
+    /// Checks the result of a step.
+    ///
+    /// # Errors
+    /// When the motion inverts the point or is not finite, or the stress is not finite.
+    fn check(&self, model: &'static str, index: usize) -> Result<(), MaterialError> {
+        // Written so that NaN is rejected.
+        if !(self.ratio[index] > 0.0 && is_finite(&tensor(&self.b, index))) {
+            return Err(MaterialError::Motion { model, reason: "the step inverts the point" });
+        }
+        check_finite(model, self.stress_of(index)).map(drop)
+    }
+}
+
+/// Whether no component is infinite or not-a-number, without a branch.
+#[inline(always)]
+fn is_finite(tensor: &SymTensor) -> bool {
+    let [xx, yy, zz, xy, yz, zx] = tensor.0;
+    // NaN and infinity make the product NaN.
+    ((xx + yy + zz) + (xy + yz + zx)) * 0.0 == 0.0
+}
+
+/// Volume ratio `J` of `b - 1`, from `J² - 1 = I1 + I2 + I3` of that tensor.
+#[inline(always)]
+pub(super) fn jacobian(b: &SymTensor) -> f64 {
+    let i1 = b.trace();
+    let i2 = 0.5 * (i1 * i1 - b.dot(b));
+    (1.0 + (i1 + i2 + b.determinant())).sqrt()
 }
 
 /// Logarithm `ln J` of `b - 1`, from `J² - 1 = I1 + I2 + I3` of that tensor.

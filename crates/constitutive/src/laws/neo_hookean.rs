@@ -12,7 +12,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use super::finite_elastic::{FiniteElastic, log_jacobian};
+use super::finite_elastic::{FiniteElastic, jacobian, log_jacobian};
 use super::linear_elastic::incompressibility_warnings;
 use crate::Warning;
 use crate::laws::model::with_defaults;
@@ -155,7 +155,7 @@ impl FiniteElastic for NeoHookean {
     fn cauchy_stress(&self, b: &SymTensor) -> SymTensor {
         let log = log_jacobian(b);
         (*b * self.elasticity.shear_modulus + SymTensor::isotropic(self.volumetric(log).stress))
-            * (-log).exp()
+            * (1.0 / jacobian(b))
     }
 
     fn deformation_for_stress(&self, stress: &SymTensor) -> Result<SymTensor, MaterialError> {
@@ -179,12 +179,12 @@ impl FiniteElastic for NeoHookean {
         c
     }
 
-    fn max_wave_modulus(&self, b: &SymTensor, _stress: &SymTensor) -> f64 {
+    fn max_wave_modulus(&self, b: &SymTensor, largest: f64, _stress: &SymTensor) -> f64 {
         let mu = self.elasticity.shear_modulus;
         let log = log_jacobian(b);
         let VolumetricTerm { stress, slope, .. } = self.volumetric(log);
         // max (c_AAAA + τ_A) / J of §3.9.
-        (slope + 2.0 * mu - stress + mu * b.principal_values()[0]) * (-log).exp()
+        (slope + 2.0 * mu - stress + mu * largest) / jacobian(b)
     }
 
     fn initial_energy(&self, b: &SymTensor) -> f64 {

@@ -11,7 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
-use super::finite_elastic::{FiniteElastic, PrincipalStress, log_jacobian, solve_deformation};
+use super::finite_elastic::{FiniteElastic, PrincipalStress, jacobian, solve_deformation};
 use super::linear_elastic::incompressibility_warnings;
 use crate::Warning;
 use crate::laws::model::{Model, ModelFamily, ModelInfo};
@@ -69,7 +69,7 @@ pub struct StVenantKirchhoff {
 
 impl StVenantKirchhoff {
     /// Kirchhoff stress (Pa) of the left Cauchy–Green tensor minus the unit tensor.
-    #[inline]
+    #[inline(always)]
     pub fn kirchhoff_stress(&self, b: &SymTensor) -> SymTensor {
         let (mu, lame) = (self.elasticity.shear_modulus, self.elasticity.lame());
         let square = SymTensor::IDENTITY.rotated(&b.to_matrix());
@@ -95,9 +95,9 @@ impl StVenantKirchhoff {
 impl FiniteElastic for StVenantKirchhoff {
     const NAME: &'static str = "st-venant-kirchhoff";
 
-    #[inline]
+    #[inline(always)]
     fn cauchy_stress(&self, b: &SymTensor) -> SymTensor {
-        self.kirchhoff_stress(b) * (-log_jacobian(b)).exp()
+        self.kirchhoff_stress(b) * (1.0 / jacobian(b))
     }
 
     fn deformation_for_stress(&self, stress: &SymTensor) -> Result<SymTensor, MaterialError> {
@@ -118,12 +118,11 @@ impl FiniteElastic for StVenantKirchhoff {
         c
     }
 
-    fn max_wave_modulus(&self, b: &SymTensor, stress: &SymTensor) -> f64 {
+    fn max_wave_modulus(&self, b: &SymTensor, largest: f64, stress: &SymTensor) -> f64 {
         // max (c_AAAA + τ_A) / J of §3.9, without the reduction by compression.
-        let largest = 1.0 + b.principal_values()[0];
-        let jacobian = log_jacobian(b).exp();
-        let tension = stress.principal_values()[0].max(0.0);
-        self.elasticity.p_wave_modulus() * largest * largest / jacobian + tension
+        let square = 1.0 + largest;
+        let tension = stress.greatest_principal_value().max(0.0);
+        self.elasticity.p_wave_modulus() * square * square / jacobian(b) + tension
     }
 
     fn initial_energy(&self, b: &SymTensor) -> f64 {

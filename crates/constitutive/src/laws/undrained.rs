@@ -137,6 +137,8 @@ impl Wrapper for Undrained {
 
     const NAME: &'static str = "undrained";
 
+    const KEEPS_MOTION: bool = true;
+
     fn start(&self) -> f64 {
         self.start
     }

@@ -108,9 +108,27 @@ impl SymTensor {
         (centre - (half * half + xy * xy).sqrt()).min(zz)
     }
 
+    /// Greatest principal value of a tensor with the third axis as principal axis, for loops over many tensors.
+    #[inline(always)]
+    pub(crate) fn greatest_principal_value_in_plane(&self) -> f64 {
+        -(-*self).least_principal_value_in_plane()
+    }
+
     /// Smallest value of [`SymTensor::principal_values`], for loops over many tensors.
     #[inline(always)]
     pub(crate) fn least_principal_value(&self) -> f64 {
+        self.principal_values_without_branches()[2]
+    }
+
+    /// Greatest value of [`SymTensor::principal_values`], for loops over many tensors.
+    #[inline(always)]
+    pub(crate) fn greatest_principal_value(&self) -> f64 {
+        self.principal_values_without_branches()[0]
+    }
+
+    /// Branch-free [`SymTensor::principal_values`] for loops over many tensors.
+    #[inline(always)]
+    pub(crate) fn principal_values_without_branches(&self) -> [f64; 3] {
         let mean = self.trace() / 3.0;
         let deviator = self.deviator();
         let radius = (0.5 * deviator.dot(&deviator) / 3.0).sqrt();
@@ -118,8 +136,12 @@ impl SymTensor {
         let multiple = largest_root(cos3.abs().min(1.0));
         let far = radius * multiple;
         let gap = radius * (12.0 - 3.0 * multiple * multiple).max(0.0).sqrt();
-        let smallest = if cos3 >= 0.0 { mean + 0.5 * (-gap - far) } else { mean - far };
-        if radius <= 0.0 { mean } else { smallest }
+        let (high, low) = (0.5 * (gap - far), 0.5 * (-gap - far));
+        let value = |if_largest: f64, if_smallest: f64| {
+            let shifted = if cos3 >= 0.0 { mean + if_largest } else { mean - if_smallest };
+            if radius <= 0.0 { mean } else { shifted }
+        };
+        [value(far, low), value(high, high), value(low, far)]
     }
 
     /// Principal values and directions, accurate to round-off of the deviator also for equal values. The eigenvalue of largest magnitude
@@ -251,10 +273,16 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_least_principal_value_is_the_last(c in [component(), component(), component(), component(), component(), component()]) {
+        fn principal_values_without_branches_have_the_same_bits(c in [component(), component(), component(), component(), component(), component()]) {
             for tensor in [SymTensor(c), SymTensor::isotropic(c[0])] {
-                prop_assert_eq!(tensor.least_principal_value().to_bits(), tensor.principal_values()[2].to_bits());
+                let values = tensor.principal_values();
+                prop_assert_eq!(tensor.principal_values_without_branches().map(f64::to_bits), values.map(f64::to_bits));
             }
+            let [xx, yy, zz, xy, ..] = c;
+            let plane = SymTensor([xx, yy, zz, xy, 0.0, 0.0]);
+            let close = |found: f64, exact: f64| (found - exact).abs() <= 1e-7 * plane.norm();
+            prop_assert!(close(plane.greatest_principal_value_in_plane(), plane.principal_values()[0]));
+            prop_assert!(close(plane.least_principal_value_in_plane(), plane.principal_values()[2]));
         }
     }
 

@@ -55,6 +55,17 @@ impl<const D: usize> BedPoint<D> {
         (0..D).map(|c| velocity[c] * dot(&self.curvature[c], velocity)).sum()
     }
 
+    /// Turn of the normal along the direction of a velocity in plan, per distance in plan (rad/m); zero without a velocity.
+    #[inline]
+    pub fn path_curvature(&self, velocity: &PlanVector<D>) -> f64 {
+        let speed = dot(velocity, velocity).sqrt();
+        if speed == 0.0 {
+            return 0.0;
+        }
+        let turn: PlanVector<D> = std::array::from_fn(|c| dot(&self.curvature[c], velocity));
+        dot(&turn, &turn).sqrt() / (speed * self.steepness())
+    }
+
     /// Speed along the bed of a velocity in plan (m/s).
     #[inline]
     pub fn speed(&self, velocity: &PlanVector<D>) -> f64 {
@@ -73,8 +84,8 @@ pub trait BedSurface<const D: usize>: Send + Sync {
         self.bed_point(x).is_some()
     }
 
-    /// Distance of the nodes between which the surface is interpolated (m); `None` for an analytical surface. A node moves by at most half
-    /// of it in a step.
+    /// Distance of the nodes between which the surface is interpolated (m); `None` for an analytical surface. A node moves by at most this
+    /// distance in a step.
     fn cell(&self) -> Option<f64> {
         None
     }

@@ -10,7 +10,10 @@ use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::norm;
 
 /// Largest displacement of a node in a step, over its smoothing length and over a cell of the bed.
-const LONGEST_MOVE: f64 = 0.5;
+const LONGEST_MOVE: f64 = 1.0;
+
+/// Largest turn of the bed's normal along the path of a node in a step (rad).
+const LARGEST_TURN: f64 = 0.15;
 
 /// Limit of the time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +24,7 @@ pub struct LimitingNode {
     pub limiting_node: Option<(usize, usize)>,
 }
 
-/// Largest stable step (s): waves and motion across smoothing lengths.
+/// Largest stable step (s): waves in the frame of each node, and its motion over the bed.
 pub(super) fn critical_step<const D: usize>(
     settings: &FlowSettings<D>,
     bed: &Bed<D>,
@@ -30,9 +33,11 @@ pub(super) fn critical_step<const D: usize>(
 ) -> LimitingNode {
     let numerics = &settings.numerics;
     let passive = settings.earth_pressure.map_or(1.0, |k| k.passive.max(1.0));
-    // Half a cell of the bed at its speed, or in free fall from rest (sheet: depth-sph §3.3).
-    let cell = LONGEST_MOVE * bed.cell().unwrap_or(f64::INFINITY);
-    let fall = (2.0 * cell / settings.total_gravity()).sqrt();
+    // A cell of the bed at its speed, or half a cell in free fall from rest (sheet: depth-sph §3.3).
+    let cell = bed.cell().unwrap_or(f64::INFINITY);
+    let fall = (cell / settings.total_gravity()).sqrt();
+    // Waves of two sets travel relative to both, which the neighbours of one do not show.
+    let is_alone = sets.len() == 1;
     let mut smallest = LimitingNode { dt: f64::INFINITY, limiting_node: None };
     for inflow in inflows {
         // No row passes from beyond its reach across the line in a step.
@@ -44,9 +49,11 @@ pub(super) fn critical_step<const D: usize>(
         let of_node = |i: usize| {
             let nodes = &set.nodes;
             let (length, speed) = (nodes.length[i], norm(&nodes.velocity[i]));
-            let wave = (passive * nodes.effective_gravity[i] * nodes.depth[i]).sqrt() + speed;
-            let dt = (numerics.courant * length / wave).min(LONGEST_MOVE * length / speed);
-            let dt = dt.min(cell / speed).min(fall);
+            let is_known = is_alone && !nodes.relative_speed[i].is_nan();
+            let relative = if is_known { nodes.relative_speed[i] } else { speed };
+            let wave = (passive * nodes.effective_gravity[i] * nodes.depth[i]).sqrt() + relative;
+            let path = (LONGEST_MOVE * length.min(cell)).min(LARGEST_TURN / nodes.path_curvature[i]);
+            let dt = (numerics.courant * length / wave).min(path / speed).min(fall);
             // Of equal limits the first, on any number of threads.
             (dt, i)
         };

@@ -95,7 +95,7 @@ impl<const D: usize> Flow<D> {
         FlowView { clock, settings, bed, boundary, nodes, records }
     }
 
-    /// Largest stable step (s): waves and motion across smoothing lengths.
+    /// Largest stable step (s): waves in the frame of each node, and its motion over the bed.
     pub fn limit(&self) -> LimitingNode {
         critical_step(&self.settings, &self.bed, &self.boundary.inflows, &self.nodes.sets)
     }

@@ -17,6 +17,8 @@ pub(crate) struct ForceSums<const D: usize> {
     pub(crate) field_gradients: [PlanVector<D>; FIELDS],
     /// `Σ (m/h) (x_J - x_I) ⊗ ∇W`.
     pub(crate) moment: [PlanVector<D>; D],
+    /// Largest speed of a neighbour relative to the node (m/s).
+    pub(crate) relative_speed: f64,
 }
 
 /// Solution `A⁻¹ b` in one or two dimensions; `b` itself if `A` is ill-conditioned.
@@ -46,6 +48,8 @@ pub(super) struct SimdForceSums<const D: usize> {
     field_gradients: [[f64x4; D]; FIELDS],
     /// `Σ (m/h) (x_J - x_I) ⊗ ∇W`.
     moment: [[f64x4; D]; D],
+    /// Largest square of the speed of a neighbour relative to the node (m²/s²).
+    relative_square: f64x4,
 }
 
 impl<const D: usize> SimdForceSums<D> {
@@ -55,7 +59,18 @@ impl<const D: usize> SimdForceSums<D> {
         viscous: [f64x4::ZERO; D],
         field_gradients: [[f64x4::ZERO; D]; FIELDS],
         moment: [[f64x4::ZERO; D]; D],
+        relative_square: f64x4::ZERO,
     };
+
+    /// Includes the relative velocity of four neighbours (m/s), where `inside`.
+    #[inline(always)]
+    pub(super) fn include_relative_velocity(&mut self, inside: f64x4, velocity: &[f64x4; D]) {
+        let mut square = f64x4::ZERO;
+        for c in 0..D {
+            square += velocity[c] * velocity[c];
+        }
+        self.relative_square = self.relative_square.fast_max(inside & square);
+    }
 
     /// Adds the viscous terms `-m Π ∇W` of four neighbours; `strength` is `m Π (∂W/∂r)/r`, `apart` are the distance vectors (m).
     #[inline(always)]
@@ -97,6 +112,7 @@ impl<const D: usize> SimdForceSums<D> {
             viscous: self.viscous.map(sum_lanes),
             field_gradients: self.field_gradients.map(|slope| slope.map(sum_lanes)),
             moment: self.moment.map(|row| row.map(sum_lanes)),
+            relative_speed: self.relative_square.to_array().into_iter().fold(0.0, f64::max).sqrt(),
         }
     }
 }

@@ -79,13 +79,16 @@ impl<'a, const D: usize> PairForces<'a, D> {
                 };
                 let (here, there) = (weigh(own), weigh(theirs));
                 let gradient = here * data.pressure[i] + there * four_values(&sorted.pressure, first);
-                let mut closing = f64x4::ZERO;
+                let (mut closing, mut relative) = (f64x4::ZERO, [f64x4::ZERO; D]);
                 for c in 0..D {
                     sums.pressure_gradient[c] += gradient * apart[c];
-                    closing += (f64x4::splat(nodes.velocity[i][c]) - four_values(&sorted.velocity[c], first))
-                        * apart[c];
+                    relative[c] =
+                        f64x4::splat(nodes.velocity[i][c]) - four_values(&sorted.velocity[c], first);
+                    closing += relative[c] * apart[c];
                 }
-                let approaching = closing.simd_lt(f64x4::ZERO) & (here + there).simd_ne(f64x4::ZERO);
+                let inside = (here + there).simd_ne(f64x4::ZERO);
+                sums.include_relative_velocity(inside, &relative);
+                let approaching = closing.simd_lt(f64x4::ZERO) & inside;
                 if approaching.any() {
                     let (mean, heights) =
                         ((own + theirs) * 0.5, four_values(&sorted.partial_thickness, first));
@@ -168,11 +171,13 @@ impl<'a, const D: usize> PairForces<'a, D> {
                 pressure + pressures
             };
             let gradient = pair * weight;
-            let mut closing = f64x4::ZERO;
+            let (mut closing, mut relative) = (f64x4::ZERO, [f64x4::ZERO; D]);
             for c in 0..D {
                 sums.pressure_gradient[c] += gradient * apart[c];
-                closing += (velocity[c] - four_values(&sorted.velocity[c], first)) * apart[c];
+                relative[c] = velocity[c] - four_values(&sorted.velocity[c], first);
+                closing += relative[c] * apart[c];
             }
+            sums.include_relative_velocity(inside, &relative);
             let approaching = inside & closing.simd_lt(f64x4::ZERO);
             if approaching.any() {
                 let strength =

@@ -32,12 +32,18 @@ impl<const D: usize> PhaseSet<D> {
         self.gather_force_data(settings.numerics.kernel.support(), !plain);
         let mut acceleration = std::mem::take(&mut self.acceleration);
         let mut viscous = std::mem::take(&mut self.viscous);
+        let mut relative_speed = std::mem::take(&mut self.nodes.relative_speed);
+        let mut path_curvature = std::mem::take(&mut self.nodes.path_curvature);
         acceleration.resize(self.nodes.len(), [0.0; D]);
         viscous.resize(self.nodes.len(), [0.0; D]);
         let pairs = PairForces::for_set(settings, self);
-        let columns = acceleration.par_iter_mut().zip(&mut viscous).enumerate();
-        columns.with_min_len(MIN_NODES_PER_TASK).for_each_init(Vec::new, |spare, (i, (a, viscous))| {
+        let columns = acceleration.par_iter_mut().zip(&mut viscous);
+        let columns = columns.zip(&mut relative_speed).zip(&mut path_curvature).enumerate();
+        let columns = columns.with_min_len(MIN_NODES_PER_TASK);
+        columns.for_each_init(Vec::new, |spare, (i, (((a, viscous), relative), path))| {
             let (sums, mut force) = pairs.sums_and_pressure(role, i, plain, &weak, spare);
+            *relative = sums.relative_speed;
+            *path = pairs.bed[i].path_curvature(&pairs.nodes.velocity[i]);
             let mut gradient = pairs.depth_gradient(i, &sums, plain);
             if let Some(other) = other {
                 pairs.add_layer(role, i, other, &mut force, &mut gradient);
@@ -47,6 +53,7 @@ impl<const D: usize> PhaseSet<D> {
             *a = pairs.with_bed(i, &pairs.along_bed(i, &force, share), viscous);
         });
         (self.acceleration, self.viscous) = (acceleration, viscous);
+        (self.nodes.relative_speed, self.nodes.path_curvature) = (relative_speed, path_curvature);
     }
 }
 
@@ -213,7 +220,13 @@ mod tests {
             let pressure = weight(fluid, fluid_slope) + share_slope / DENSITIES.fluid;
             (pressure / fluid, slopes_of(fluid_slope, solid_slope))
         };
-        ForceSums { pressure_gradient: [push], viscous: [0.0], field_gradients: slopes, moment: [[1.0]] }
+        ForceSums {
+            pressure_gradient: [push],
+            viscous: [0.0],
+            field_gradients: slopes,
+            moment: [[1.0]],
+            relative_speed: 0.0,
+        }
     }
 
     /// V20: both forms of the pressure force agree for any heights and excess pressure, and their sum is that of the mixture.

@@ -48,6 +48,10 @@ struct_of_arrays! {
         pub effective_gravity: f64,
         /// Effective gravity on the load of the bed, with the acceleration of the curved path: for friction and pore pressure (m/s²).
         pub bed_gravity: f64,
+        /// Largest speed of a neighbour relative to the node at the last forces (m/s); not-a-number before the first forces.
+        pub relative_speed: f64,
+        /// Turn of the bed's normal along the path of the node at the last forces, per distance in plan (rad/m).
+        pub path_curvature: f64,
         /// Path travelled over the bed (m).
         pub path: f64,
         /// Volume eroded from the bed (m³; m² in one dimension).
@@ -87,6 +91,8 @@ impl<const D: usize> PhaseNodes<D> {
         self.first_length.push(node.length);
         self.scale.push(node.scale);
         self.slope.push([f64::NAN; D]);
+        self.relative_speed.push(f64::NAN);
+        self.path_curvature.push(0.0);
         if !self.body_acceleration.is_empty() {
             self.body_acceleration.push([0.0; D]);
         }

@@ -18,7 +18,7 @@ use crate::solver::DepthSolver;
 use crate::solver::stop_detection::StopDetection;
 
 /// Version of the layout of a checkpoint.
-pub(super) const FORMAT: u32 = 14;
+pub(super) const FORMAT: u32 = 15;
 
 /// Saved state of a run.
 #[derive(Serialize, Deserialize)]

@@ -144,6 +144,10 @@ impl<const D: usize> DepthSolver<D> {
         // The limit of the step depends on the velocities.
         self.limit = None;
         self.flow.begin_program_change();
+        for set in &mut self.flow.nodes.sets {
+            // Unknown until the next forces.
+            set.nodes.relative_speed.fill(f64::NAN);
+        }
         self.flow.nodes.sets.iter_mut().flat_map(|set| &mut set.nodes.velocity)
     }
 

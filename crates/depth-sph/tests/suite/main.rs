@@ -19,6 +19,7 @@ mod pore_fluid;
 mod program;
 mod restarts;
 mod small_waves;
+mod step_limit;
 mod terrain;
 mod time_integration;
 mod variational;

@@ -15,6 +15,7 @@ pub use crate::point_domain::domain_columns::{DomainSlice, Domains, DomainsMut};
 pub use crate::point_domain::element_domain::ElementDomain;
 pub use crate::point_domain::reference_domain::ReferenceDomain;
 
+use crate::shape_functions::stencil::batch::{STENCIL_BATCH, StencilBatch};
 use crate::{Basis, Grid, Layout, Mesh, NodeSupport, Stencil};
 
 /// Square matrix of the space dimension, row by row.
@@ -82,6 +83,36 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
         position: &[f64; D],
         initial: &[f64; D],
     ) -> Self::Support<S>;
+
+    /// Calls `visit` with the number and the nodes of every point; `domains` are those of the points.
+    #[inline(always)]
+    fn for_each_support<const S: usize, B: Basis<S>>(
+        domains: &[Self],
+        ground: &GridView<'_, D>,
+        positions: &[[f64; D]],
+        initial: &[f64; D],
+        mut visit: impl FnMut(usize, &Self::Support<S>),
+    ) {
+        for (p, (position, domain)) in positions.iter().zip(domains).enumerate() {
+            visit(p, &domain.support::<S, B>(ground, position, initial));
+        }
+    }
+
+    /// Calls `visit` with the number, the nodes and the [affine moments](NodeSupport::affine_moments) of every point.
+    #[inline(always)]
+    fn for_each_affine_support<const S: usize, B: Basis<S>>(
+        domains: &[Self],
+        ground: &GridView<'_, D>,
+        positions: &[[f64; D]],
+        initial: &[f64; D],
+        mut visit: impl FnMut(usize, &Self::Support<S>, &(Self::Support<S>, [f64; D])),
+    ) {
+        for (p, (position, domain)) in positions.iter().zip(domains).enumerate() {
+            let support = domain.support::<S, B>(ground, position, initial);
+            let anchor = domain.evaluation_position(position);
+            visit(p, &support, &support.affine_moments::<S, B>(ground.grid, &anchor));
+        }
+    }
 
     /// Index, in arrays with one entry a cell, of the cell of a point at `position` (m): the number of the cell's lowest
     /// node, or of the element.
@@ -172,6 +203,42 @@ impl<const D: usize> PointDomain<D> for FixedDomain {
         initial: &[f64; D],
     ) -> Stencil<D, S> {
         Stencil::new::<B>(ground.grid, position, initial)
+    }
+
+    #[inline(always)]
+    fn for_each_support<const S: usize, B: Basis<S>>(
+        _domains: &[Self],
+        ground: &GridView<'_, D>,
+        positions: &[[f64; D]],
+        initial: &[f64; D],
+        mut visit: impl FnMut(usize, &Stencil<D, S>),
+    ) {
+        let mut batch = StencilBatch::<D, S>::EMPTY;
+        for (group, positions) in positions.chunks(STENCIL_BATCH).enumerate() {
+            batch.compute::<B>(ground.grid, positions, initial);
+            for p in 0..positions.len() {
+                visit(group * STENCIL_BATCH + p, &batch.stencil(p));
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn for_each_affine_support<const S: usize, B: Basis<S>>(
+        _domains: &[Self],
+        ground: &GridView<'_, D>,
+        positions: &[[f64; D]],
+        initial: &[f64; D],
+        mut visit: impl FnMut(usize, &Stencil<D, S>, &(Stencil<D, S>, [f64; D])),
+    ) {
+        let (mut batch, mut moments) = (StencilBatch::<D, S>::EMPTY, [[[0.0; STENCIL_BATCH]; S]; D]);
+        for (group, positions) in positions.chunks(STENCIL_BATCH).enumerate() {
+            batch.compute::<B>(ground.grid, positions, initial);
+            batch.moments::<B>(ground.grid, &mut moments);
+            for p in 0..positions.len() {
+                let affine = batch.affine_moments::<B>(ground.grid, &moments, p);
+                visit(group * STENCIL_BATCH + p, &batch.stencil(p), &affine);
+            }
+        }
     }
 
     #[inline(always)]

@@ -1,5 +1,7 @@
 //! Shape functions of one axis (sheet: mpm §2.5).
 
+use crate::shape_functions::stencil::batch::{AxisBatch, BatchArray, STENCIL_BATCH};
+
 /// Shape functions along one axis, of which `S` are non-zero at a point. Coordinates are in cells from the domain's lower end; gradients
 /// are per cell.
 ///
@@ -37,6 +39,38 @@ pub trait Basis<const S: usize>: Copy + Send + Sync + 'static {
 
     /// First node, weights and gradients at `x`, for a point of full width `width` (both in cells).
     fn evaluate(x: f64, width: f64, cells: usize) -> (usize, [f64; S], [f64; S]);
+
+    /// [`Basis::evaluate`] at the first `count` of many positions, with the same results.
+    #[inline(always)]
+    fn evaluate_batch(x: &BatchArray, count: usize, width: f64, cells: usize, out: &mut AxisBatch<S>) {
+        for (point, x) in x.iter().enumerate().take(count) {
+            out.set(point, Self::evaluate(*x, width, cells));
+        }
+    }
+
+    /// [`Basis::coordinates`] of the nodes from each of many first ones on, with the same results.
+    #[inline(always)]
+    fn coordinates_batch(first: &[u32; STENCIL_BATCH], cells: usize, out: &mut [BatchArray; S]) {
+        for (point, first) in first.iter().enumerate() {
+            let nodes = Self::coordinates(*first as usize, cells);
+            (0..S).for_each(|k| out[k][point] = nodes[k]);
+        }
+    }
+}
+
+/// Computes the indices of the cells at many positions, like [`cell_index`]. Returns whether none is one of the `margin` cells at either
+/// end.
+#[inline(always)]
+fn cell_indices(x: &BatchArray, cells: usize, margin: usize, out: &mut [u32; STENCIL_BATCH]) -> bool {
+    let last = cells as i32 - 1;
+    let (low, high) = (margin as i32, last - margin as i32);
+    let mut is_inside = true;
+    for (cell, x) in out.iter_mut().zip(x) {
+        let index = (x.max(0.0) as i32).min(last);
+        is_inside &= (index >= low) & (index <= high);
+        *cell = index as u32;
+    }
+    is_inside
 }
 
 /// Index of the cell at a position in cell widths; the first or last cell for positions outside the grid.
@@ -68,6 +102,16 @@ impl Basis<2> for LinearBasis {
         let cell = cell_index(x, cells);
         let s = x - cell as f64;
         (cell, [1.0 - s, s], [-1.0, 1.0])
+    }
+
+    #[inline(always)]
+    fn evaluate_batch(x: &BatchArray, _count: usize, _width: f64, cells: usize, out: &mut AxisBatch<2>) {
+        cell_indices(x, cells, 0, &mut out.first);
+        for point in 0..STENCIL_BATCH {
+            let s = x[point] - f64::from(out.first[point]);
+            (out.weights[0][point], out.weights[1][point]) = (1.0 - s, s);
+            (out.gradients[0][point], out.gradients[1][point]) = (-1.0, 1.0);
+        }
     }
 }
 
@@ -195,6 +239,52 @@ fn consecutive<const N: usize>(start: f64) -> [f64; N] {
     numbers
 }
 
+/// Sets the shape functions of the points of a batch in one of the `margin` cells at either end.
+#[inline(never)]
+fn set_near_ends<const S: usize, B: Basis<S>>(
+    x: &BatchArray,
+    count: usize,
+    width: f64,
+    cells: usize,
+    margin: usize,
+    out: &mut AxisBatch<S>,
+) {
+    for (point, x) in x.iter().enumerate().take(count) {
+        let cell = cell_index(*x, cells);
+        if cell < margin || cell + margin + 1 > cells {
+            out.set(point, B::evaluate(*x, width, cells));
+        }
+    }
+}
+
+/// Coordinates of the `S` nodes from each of many first ones on, which are consecutive from `first - shift` where `first` is at least
+/// `lowest` and the last one at most `cells`.
+#[inline(always)]
+fn consecutive_batch<const S: usize, B: Basis<S>>(
+    first: &[u32; STENCIL_BATCH],
+    cells: usize,
+    lowest: u32,
+    shift: f64,
+    out: &mut [BatchArray; S],
+) {
+    let highest = (cells + 1).saturating_sub(S) as u32;
+    let mut is_inside = true;
+    for (point, first) in first.iter().enumerate() {
+        is_inside &= (*first >= lowest) & (*first <= highest);
+        for k in 0..S {
+            out[k][point] = (f64::from(*first) - shift) + k as f64;
+        }
+    }
+    if !is_inside {
+        for (point, first) in
+            first.iter().enumerate().filter(|(_, first)| **first < lowest || **first > highest)
+        {
+            let nodes = coordinates_near_ends::<S, B>(*first as usize, cells);
+            (0..S).for_each(|k| out[k][point] = nodes[k]);
+        }
+    }
+}
+
 /// Coordinates of consecutive nodes, some of which are close to an end.
 #[inline(never)]
 fn coordinates_near_ends<const S: usize, B: Basis<S>>(first: usize, cells: usize) -> [f64; S] {
@@ -253,6 +343,26 @@ impl Basis<3> for QuadraticSpline {
         let t = 1.0 - s;
         (cell, [0.5 * t * t, 0.5 + s * t, 0.5 * s * s], [-t, t - s, s])
     }
+
+    #[inline(always)]
+    fn evaluate_batch(x: &BatchArray, count: usize, width: f64, cells: usize, out: &mut AxisBatch<3>) {
+        let is_inside = cell_indices(x, cells, 2, &mut out.first);
+        let (first, [w0, w1, w2], [g0, g1, g2]) = (&out.first, &mut out.weights, &mut out.gradients);
+        for point in 0..STENCIL_BATCH {
+            let s = x[point] - f64::from(first[point]);
+            let t = 1.0 - s;
+            (w0[point], w1[point], w2[point]) = (0.5 * t * t, 0.5 + s * t, 0.5 * s * s);
+            (g0[point], g1[point], g2[point]) = (-t, t - s, s);
+        }
+        if !is_inside {
+            set_near_ends::<3, Self>(x, count, width, cells, 2, out);
+        }
+    }
+
+    #[inline(always)]
+    fn coordinates_batch(first: &[u32; STENCIL_BATCH], cells: usize, out: &mut [BatchArray; 3]) {
+        consecutive_batch::<3, Self>(first, cells, 1, 0.5, out);
+    }
 }
 
 /// Cubic B-splines with open knots.
@@ -307,6 +417,11 @@ impl Basis<4> for CubicSpline {
         let g3 = 0.5 * s * s;
         let g1 = 0.5 * s * (3.0 * s - 4.0);
         (cell, [w0, w1, 1.0 - w0 - w1 - w3, w3], [g0, g1, -g0 - g1 - g3, g3])
+    }
+
+    #[inline(always)]
+    fn coordinates_batch(first: &[u32; STENCIL_BATCH], cells: usize, out: &mut [BatchArray; 4]) {
+        consecutive_batch::<4, Self>(first, cells, 2, 1.0, out);
     }
 }
 

@@ -64,10 +64,17 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
         });
     }
 
-    /// Point to grid: adds `N value`.
+    /// Point to grid: adds `N value` to the vector that `at` selects from a node.
     #[inline(always)]
-    fn p2g_value(&self, nodes: &mut [Vector4], offset: usize, strides: &[usize; D], value: Vector4) {
-        self.for_each(strides, |number, w, _| nodes[number - offset] += value * w);
+    fn p2g_value<T>(
+        &self,
+        nodes: &mut [T],
+        offset: usize,
+        strides: &[usize; D],
+        value: Vector4,
+        at: impl Fn(&mut T) -> &mut Vector4,
+    ) {
+        self.for_each(strides, |number, w, _| *at(&mut nodes[number - offset]) += value * w);
     }
 
     /// Point to grid: adds `N value + Σ_j ∂N/∂x_j columns[j]` to the vector that `at` selects from a node.
@@ -137,7 +144,7 @@ pub trait NodeSupport<const D: usize>: Copy + Send + Sync {
 
     /// Grid to point: [`NodeSupport::g2p`], with the sum of velocities times the gradients of `other` on the same nodes.
     #[inline(always)]
-    fn g2p_with_apic(
+    fn g2p_with_affine(
         &self,
         other: &Self,
         nodes: &[NodalState],

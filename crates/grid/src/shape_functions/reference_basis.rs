@@ -79,8 +79,15 @@ impl<const D: usize, const S: usize> NodeSupport<D> for ReferenceStencil<D, S> {
     }
 
     #[inline(always)]
-    fn p2g_value(&self, nodes: &mut [Vector4], offset: usize, strides: &[usize; D], value: Vector4) {
-        self.reference.p2g_value(nodes, offset, strides, value);
+    fn p2g_value<T>(
+        &self,
+        nodes: &mut [T],
+        offset: usize,
+        strides: &[usize; D],
+        value: Vector4,
+        at: impl Fn(&mut T) -> &mut Vector4,
+    ) {
+        self.reference.p2g_value(nodes, offset, strides, value, at);
     }
 
     #[inline(always)]

@@ -21,58 +21,72 @@ impl<const S: usize, B: Basis<S>, P> fmt::Debug for CompiledTransfers<S, B, P> {
 fn for_each_point<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     ground: &GridView<'_, D>,
     points: &PointSlice<'_, D>,
-    mut visit: impl FnMut(usize, &P::Support<S>),
+    visit: impl FnMut(usize, &P::Support<S>),
 ) {
     let domains = P::typed_column(&points.domain);
-    for (p, (position, domain)) in points.position.iter().zip(domains).enumerate() {
-        visit(p, &domain.support::<S, B>(ground, position, points.extent));
-    }
+    P::for_each_support::<S, B>(domains, ground, points.position, points.extent, visit);
 }
 
-/// Affine part of the nodal momentum of point `p`: nodes with their moments, and columns `m C e_j` with the affine velocity gradient `C`
-/// (1/s; sheet: mpm §2.6).
+/// Calls `visit(point, its nodes, their affine moments)` for every point.
 #[inline(always)]
-fn affine_momentum<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
+fn for_each_affine_point<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     ground: &GridView<'_, D>,
     points: &PointSlice<'_, D>,
+    visit: impl FnMut(usize, &P::Support<S>, &(P::Support<S>, [f64; D])),
+) {
+    let domains = P::typed_column(&points.domain);
+    P::for_each_affine_support::<S, B>(domains, ground, points.position, points.extent, visit);
+}
+
+/// Columns `m C e_j` of the affine momentum of point `p` with the affine velocity gradient `C` (1/s; sheet: mpm §2.6), from the second
+/// moments of its nodes.
+#[inline(always)]
+fn affine_columns<const D: usize>(
     affine: &AffineFields<'_, D>,
     p: usize,
-    support: &P::Support<S>,
-) -> (P::Support<S>, [Vector4; D]) {
-    let anchor = P::typed_column(&points.domain)[p].evaluation_position(&points.position[p]);
-    let (moments, squares) = support.affine_moments::<S, B>(ground.grid, &anchor);
+    squares: &[f64; D],
+) -> [Vector4; D] {
     let mut columns = [Vector4::ZERO; D];
-    let mut scales = [affine.mass[p]; D];
-    if affine.moments {
-        for j in 0..D {
-            scales[j] /= squares[j];
-        }
-    }
     for j in 0..D {
-        let scale = scales[j];
+        let scale = if affine.moments { affine.mass[p] / squares[j] } else { affine.mass[p] };
         let mut column = [0.0; 4];
         for i in 0..D {
             column[i] = scale * affine.fields[p][i][j];
         }
         columns[j] = Vector4::new(column);
     }
-    (moments, columns)
+    columns
 }
 
-/// Nodes of point `p` with the velocity weights of the affine transfers.
+/// Adds momenta without forces, or forces without momenta, to the nodes.
 #[inline(always)]
-fn apic_weights<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
+fn p2g_of_one_kind<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
     ground: &GridView<'_, D>,
     points: &PointSlice<'_, D>,
-    moments: bool,
-    p: usize,
-    support: &P::Support<S>,
-) -> P::Support<S> {
-    if !moments {
-        return support.with_matching_gradients();
+    to: NodeRange<'_, NodalState>,
+    given: &P2gInput<'_, D>,
+) {
+    let (NodeRange { nodes, first }, strides) = (to, &ground.strides);
+    if given.momentum_and_mass.is_empty() {
+        return for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            let (columns, body) =
+                (&given.stress_columns[p], given.body_force.get(p).copied().unwrap_or(Vector4::ZERO));
+            support.p2g_with_gradients(nodes, first, strides, body, columns, |node| &mut node.force);
+        });
     }
-    let anchor = P::typed_column(&points.domain)[p].evaluation_position(&points.position[p]);
-    support.affine_moments::<S, B>(ground.grid, &anchor).0
+    let momenta = given.momentum_and_mass;
+    let Some(affine) = &given.affine_fields else {
+        return for_each_point::<D, S, B, P>(ground, points, |p, support| {
+            support.p2g_value(nodes, first, strides, momenta[p], |node| &mut node.momentum_and_mass);
+        });
+    };
+    for_each_affine_point::<D, S, B, P>(ground, points, |p, support, (moments, squares)| {
+        support.p2g_value(nodes, first, strides, momenta[p], |node| &mut node.momentum_and_mass);
+        let columns = affine_columns(affine, p, squares);
+        moments.p2g_with_gradients(nodes, first, strides, Vector4::ZERO, &columns, |node| {
+            &mut node.momentum_and_mass
+        });
+    });
 }
 
 /// Copies column vectors to a square matrix.
@@ -104,16 +118,22 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Transfers<D
         to: NodeRange<'_, NodalState>,
         given: &P2gInput<'_, D>,
     ) {
+        if given.stress_columns.is_empty() || given.momentum_and_mass.is_empty() {
+            return p2g_of_one_kind::<D, S, B, P>(ground, points, to, given);
+        }
         let (NodeRange { nodes, first }, strides) = (to, &ground.strides);
-        for_each_point::<D, S, B, P>(ground, points, |p, support| {
-            let (motion, columns, body) =
-                (given.momentum_and_mass[p], &given.stress_columns[p], given.body_force.get(p).copied());
-            let Some(affine) = &given.affine_fields else {
+        let of_point = |p: usize| {
+            (given.momentum_and_mass[p], &given.stress_columns[p], given.body_force.get(p).copied())
+        };
+        let Some(affine) = &given.affine_fields else {
+            return for_each_point::<D, S, B, P>(ground, points, |p, support| {
+                let (motion, columns, body) = of_point(p);
                 support.p2g(nodes, first, strides, motion, columns, body);
-                return;
-            };
-            let (moments, fields) = affine_momentum::<D, S, B, P>(ground, points, affine, p, support);
-            support.p2g_affine(nodes, first, strides, (motion, columns, body), (&moments, &fields));
+            });
+        };
+        for_each_affine_point::<D, S, B, P>(ground, points, |p, support, (moments, squares)| {
+            let fields = affine_columns(affine, p, squares);
+            support.p2g_affine(nodes, first, strides, of_point(p), (moments, &fields));
         });
     }
 
@@ -126,12 +146,15 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Transfers<D
         affine: Option<AffineFields<'_, D>>,
     ) {
         let (NodeRange { nodes, first }, strides) = (to, &ground.strides);
-        for_each_point::<D, S, B, P>(ground, points, |p, support| {
-            support.p2g_value(nodes, first, strides, values[p]);
-            if let Some(affine) = &affine {
-                let (moments, columns) = affine_momentum::<D, S, B, P>(ground, points, affine, p, support);
-                moments.p2g_with_gradients(nodes, first, strides, Vector4::ZERO, &columns, |node| node);
-            }
+        let Some(affine) = &affine else {
+            return for_each_point::<D, S, B, P>(ground, points, |p, support| {
+                support.p2g_value(nodes, first, strides, values[p], |node| node);
+            });
+        };
+        for_each_affine_point::<D, S, B, P>(ground, points, |p, support, (moments, squares)| {
+            support.p2g_value(nodes, first, strides, values[p], |node| node);
+            let columns = affine_columns(affine, p, squares);
+            moments.p2g_with_gradients(nodes, first, strides, Vector4::ZERO, &columns, |node| node);
         });
     }
 
@@ -206,13 +229,19 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Transfers<D
         moments: bool,
         out: &mut [SquareMatrix<D>],
     ) {
-        for_each_point::<D, S, B, P>(ground, points, |p, support| {
-            let weighed = apic_weights::<D, S, B, P>(ground, points, moments, p, support);
-            set_columns(&mut out[p], &weighed.g2p(nodes, &ground.strides).gradient);
-        });
+        let mut gather = |p: usize, support: &P::Support<S>| {
+            set_columns(&mut out[p], &support.g2p(nodes, &ground.strides).gradient);
+        };
+        if moments {
+            for_each_affine_point::<D, S, B, P>(ground, points, |p, _, (moments, _)| gather(p, moments));
+        } else {
+            for_each_point::<D, S, B, P>(ground, points, |p, support| {
+                gather(p, &support.with_matching_gradients());
+            });
+        }
     }
 
-    fn g2p_with_apic(
+    fn g2p_with_affine(
         &self,
         ground: &GridView<'_, D>,
         points: &PointSlice<'_, D>,
@@ -220,9 +249,16 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Transfers<D
         moments: bool,
         (out, fields): (&mut [InterpolatedMotion<D>], &mut [SquareMatrix<D>]),
     ) {
+        if moments {
+            return for_each_affine_point::<D, S, B, P>(ground, points, |p, support, (weighed, _)| {
+                let (read, columns) = support.g2p_with_affine(weighed, nodes, &ground.strides);
+                out[p] = read;
+                set_columns(&mut fields[p], &columns);
+            });
+        }
         for_each_point::<D, S, B, P>(ground, points, |p, support| {
-            let weighed = apic_weights::<D, S, B, P>(ground, points, moments, p, support);
-            let (read, columns) = support.g2p_with_apic(&weighed, nodes, &ground.strides);
+            let weighed = support.with_matching_gradients();
+            let (read, columns) = support.g2p_with_affine(&weighed, nodes, &ground.strides);
             out[p] = read;
             set_columns(&mut fields[p], &columns);
         });
@@ -255,12 +291,7 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Transfers<D
     }
 
     fn second_moments(&self, ground: &GridView<'_, D>, points: &PointSlice<'_, D>, out: &mut [[f64; D]]) {
-        let domains = P::typed_column(&points.domain);
-        for_each_point::<D, S, B, P>(ground, points, |p, support| {
-            out[p] = support
-                .affine_moments::<S, B>(ground.grid, &domains[p].evaluation_position(&points.position[p]))
-                .1;
-        });
+        for_each_affine_point::<D, S, B, P>(ground, points, |p, _, (_, squares)| out[p] = *squares);
     }
 
     fn for_each_weight(

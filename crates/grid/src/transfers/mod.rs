@@ -75,9 +75,9 @@ pub struct AffineFields<'a, const D: usize> {
 /// Quantities of the points that are transferred to the nodes of one phase.
 #[derive(Clone, Copy, Debug)]
 pub struct P2gInput<'a, const D: usize> {
-    /// Momentum, and mass in the fourth lane.
+    /// Momentum, and mass in the fourth lane; empty for a transfer of forces alone.
     pub momentum_and_mass: &'a [Vector4],
-    /// Columns `-V σ e_j`, multiplied by the gradients.
+    /// Columns `-V σ e_j`, multiplied by the gradients; empty for a transfer of momenta alone.
     pub stress_columns: &'a [[Vector4; D]],
     /// Body forces of the points (N), which are multiplied by the weights; empty if there are none.
     pub body_force: &'a [Vector4],
@@ -180,7 +180,7 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
     );
 
     /// Grid to points: [`Transfers::g2p`] and [`Transfers::g2p_affine`] together, with the same results.
-    fn g2p_with_apic(
+    fn g2p_with_affine(
         &self,
         ground: &GridView<'_, D>,
         points: &PointSlice<'_, D>,

@@ -24,7 +24,7 @@ use crate::points::vectors::first_three;
 use crate::stress::averages::CellAverages;
 use crate::stress::free_surface::free_surface_correction;
 use crate::stress::volumetric_strain::average_strains_of_one_phase;
-use crate::transfer::affine_transfer::g2p_affine;
+use crate::transfer::affine_transfer::g2p_affine_of_rigid;
 use crate::transfer::p2g::{P2gContent, p2g, remap, start_velocities};
 use crate::transfer::point_update::{UpdateSelection, update_points};
 use crate::transfer::xpic::filter_velocities;
@@ -145,7 +145,7 @@ impl<const D: usize> NodalPhases<D> for OnePhase<'_> {
     }
 }
 
-/// Computes velocities at the end of the step and accelerations of the nodes (steps 2 to 4), and affine parts of the transfer.
+/// Computes velocities at the end of the step and accelerations of the nodes (steps 2 to 4).
 fn solve_momentum<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
@@ -190,10 +190,8 @@ fn solve_momentum<const D: usize>(
     }
     if clock.options.filters_velocities() {
         filter_velocities(clock, background, bodies, nodes, boundary);
-    } else {
-        // Bodies with affine fields: all, liquids, or none.
-        g2p_affine(clock, background, bodies, nodes);
     }
+    g2p_affine_of_rigid(clock, background, bodies, nodes);
     Ok(())
 }
 

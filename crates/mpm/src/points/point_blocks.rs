@@ -4,7 +4,7 @@ use colluvium_case::FailureReason;
 use std::sync::atomic::AtomicBool;
 
 use colluvium_constitutive::{BLOCK_SIZE, MotionBlock, StateBlock, SymTensor};
-use colluvium_grid::{DomainsMut, PointSlice};
+use colluvium_grid::{DomainsMut, PointSlice, SquareMatrix};
 
 use crate::points::point_set::PointSet;
 use crate::points::pore_contact_state::PoreContactState;
@@ -32,6 +32,9 @@ pub struct PointBlock<'a, const D: usize> {
     pub origin: &'a mut [[f64; D]],
     /// Velocities (m/s).
     pub velocity: &'a mut [[f64; D]],
+    /// Moments or gradients of the velocities, see [`PointColumns::affine_velocity`](super::point_set::PointColumns); empty without an
+    /// affine transfer.
+    pub affine_velocity: &'a mut [SquareMatrix<D>],
     /// Grid velocities at the points (m/s); empty if they equal the point velocities.
     pub grid_velocity: &'a mut [[f64; D]],
     /// Volumes of the points (m³).
@@ -106,6 +109,7 @@ impl<'a, const D: usize> PointBlock<'a, D> {
             position: front(&mut self.position, points),
             origin: front(&mut self.origin, points),
             velocity: front(&mut self.velocity, points),
+            affine_velocity: front(&mut self.affine_velocity, points),
             grid_velocity: front(&mut self.grid_velocity, points),
             volume: front(&mut self.volume, points),
             stress: front(&mut self.stress, points),
@@ -218,6 +222,7 @@ impl<const D: usize> PointSet<D> {
             position: &mut self.points.position,
             origin: &mut self.points.origin,
             velocity: &mut self.points.velocity,
+            affine_velocity: &mut self.points.affine_velocity,
             grid_velocity: &mut self.points.grid_velocity,
             volume: &mut self.points.volume,
             stress: &mut self.points.stress,

@@ -8,7 +8,7 @@ use crate::clock::Clock;
 use crate::config::VelocityTransfer;
 use crate::momentum::velocity_fields::VelocityFields;
 use crate::points::bodies::Bodies;
-use crate::points::point_set::par_for_each_chunk;
+use crate::points::point_set::{PointSet, par_for_each_chunk};
 
 /// Sets moments or gradients of the initial velocities by differences over a cell.
 pub fn initialise_affine<const D: usize>(
@@ -40,8 +40,9 @@ pub fn initialise_affine<const D: usize>(
     }
 }
 
-/// Computes moments (APIC) or gradients (TPIC) of the solved velocities, at the positions at the start of the step.
-pub fn g2p_affine<const D: usize>(
+/// Computes moments (APIC) or gradients (TPIC) of the solved velocities for the points of rigid bodies. Those of other bodies are computed
+/// with their velocities.
+pub fn g2p_affine_of_rigid<const D: usize>(
     clock: &Clock,
     background: &BackgroundGrid<D>,
     bodies: &mut Bodies<D>,
@@ -49,7 +50,8 @@ pub fn g2p_affine<const D: usize>(
 ) {
     let (view, transfers) = (background.grid_view(), background.transfers);
     let moments = clock.options.transfer == VelocityTransfer::Apic;
-    for set in bodies.sets.iter_mut().filter(|set| !set.points.affine_velocity.is_empty()) {
+    let carrying = |set: &&mut PointSet<D>| set.rigid.is_some() && !set.points.affine_velocity.is_empty();
+    for set in bodies.sets.iter_mut().filter(carrying) {
         let nodes = &nodes.nodal_states[set.field * background.layout.len()..];
         let points =
             PointSlice { position: &set.points.position, domain: set.domain.as_slice(), extent: &set.extent };

@@ -120,9 +120,11 @@ impl<const D: usize> PointScatter<'_, D> {
                     self.fill(&view, set, block.clone(), [loaded, pulled, pressed], &mut buffer);
                     let (count, affine) = (block.len(), affine_of(self.transfer, set, block.clone()));
                     let has_body_force = *axisymmetric || loaded || pulled || pressed;
+                    let (moves, pushes) =
+                        (self.content != P2gContent::Forces, self.content != P2gContent::Motion);
                     let input = P2gInput {
-                        momentum_and_mass: &buffer.motion[..count],
-                        stress_columns: &buffer.columns[..count],
+                        momentum_and_mass: &buffer.motion[..if moves { count } else { 0 }],
+                        stress_columns: &buffer.columns[..if pushes { count } else { 0 }],
                         body_force: if has_body_force { &buffer.body[..count] } else { &[] },
                         affine_fields: affine.filter(|_| self.content != P2gContent::Forces),
                     };
@@ -152,13 +154,18 @@ impl<const D: usize> PointScatter<'_, D> {
         buffer: &mut P2gBuffer<D>,
     ) {
         let (points, domain, full_cells) = (&set.points, set.domain.as_slice(), self.full_cells);
+        if self.content != P2gContent::Forces {
+            for (motion, p) in buffer.motion.iter_mut().zip(block.clone()) {
+                *motion = vector4(&points.velocity[p], 1.0) * points.mass[p];
+            }
+        }
+        if self.content == P2gContent::Motion {
+            return;
+        }
         for (k, p) in block.enumerate() {
-            let mass = if self.content == P2gContent::Forces { 0.0 } else { points.mass[p] };
-            buffer.motion[k] = vector4(&points.velocity[p], 1.0) * mass;
             let is_in_full_cell =
                 full_cells.is_some_and(|full| full[domain.cell(p, view, &points.position[p])]);
-            let exerts_stress = self.content != P2gContent::Motion && !is_in_full_cell;
-            let volume = if exerts_stress { points.volume[p] } else { 0.0 };
+            let volume = if is_in_full_cell { 0.0 } else { points.volume[p] };
             let own_share =
                 if self.has_dual_domains { own_stress_share(view.grid, &points.position[p]) } else { 1.0 };
             buffer.columns[k] = force_columns::<D>(&points.stress[p], own_share * volume);

@@ -9,7 +9,7 @@ use colluvium_grid::{InterpolatedMotion, PointSlice};
 use crate::background_grid::BackgroundGrid;
 use crate::boundary::boundary_conditions::BoundaryConditions;
 use crate::clock::Clock;
-use crate::config::LagrangianFormulation;
+use crate::config::{LagrangianFormulation, VelocityTransfer};
 use crate::momentum::velocity_fields::VelocitySource::{EndOfStep, Remapped};
 use crate::momentum::velocity_fields::{VelocityFields, VelocitySource};
 use crate::points::bodies::Bodies;
@@ -100,24 +100,13 @@ impl<const D: usize> PointUpdater<'_, D> {
         Workspace { interpolated_motion: reads, motions }: &mut Workspace<InterpolatedMotion<D>>,
         selection: UpdateSelection,
     ) -> BlockReport {
-        let BackgroundGrid { grid, layout, transfers, .. } = self.background;
-        let (view, extent, n) = (self.background.grid_view(), &set.extent, block.position.len());
-        let (flip, dt) = (if set.has_affine_field { 0.0 } else { self.clock.flip_fraction }, self.clock.dt);
-        let (first, remapped) = (set.field * layout.len(), &nodes.remapped_velocities);
-        let reads = &mut reads[..n];
-        let points = block.point_slice(extent);
-        match (read, selection.stress) {
-            (EndOfStep, true) => transfers.g2p(&view, &points, &nodes.nodal_states[first..], reads),
-            (EndOfStep, false) => transfers.g2p_motion(&view, &points, &nodes.nodal_states[first..], reads),
-            (Remapped, _) => transfers.g2p_velocity(&view, &points, &remapped[first..], reads),
-        }
+        let BackgroundGrid { grid, layout, .. } = self.background;
+        let (view, extent, dt) = (self.background.grid_view(), &set.extent, self.clock.dt);
+        let first = set.field * layout.len();
+        let reads = &mut reads[..block.position.len()];
+        self.interpolate((nodes, read), set, block, reads, selection);
         if selection.velocity {
-            for (own, read) in block.velocity.iter_mut().zip(&*reads) {
-                let (velocity, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
-                for c in 0..D {
-                    own[c] = flip * (own[c] + dt * acceleration[c]) + (1.0 - flip) * velocity[c];
-                }
-            }
+            self.update_velocities(set, block.velocity, reads);
         }
         if selection.stress && dual.is_used() {
             for (read, position) in reads.iter_mut().zip(&*block.position) {
@@ -151,6 +140,50 @@ impl<const D: usize> PointUpdater<'_, D> {
             self.cap_volumes(block.volume, block.initial_volume, block.stress);
         }
         Ok(moved)
+    }
+
+    /// Interpolates velocity, acceleration and gradient of the grid to a group of points, as far as the update needs them, and the affine
+    /// fields with the velocities at the end of the step.
+    #[inline(always)]
+    fn interpolate(
+        &self,
+        (nodes, read): (&VelocityFields, VelocitySource),
+        set: &SetProperties<'_, D>,
+        block: &mut PointBlock<'_, D>,
+        reads: &mut [InterpolatedMotion<D>],
+        selection: UpdateSelection,
+    ) {
+        let BackgroundGrid { layout, transfers, .. } = self.background;
+        let (view, first) = (self.background.grid_view(), set.field * layout.len());
+        let (solved, remapped) = (&nodes.nodal_states[first..], &nodes.remapped_velocities);
+        let PointBlock { position, domain, affine_velocity, .. } = block;
+        let points = PointSlice { position, domain: domain.as_slice(), extent: &set.extent };
+        match (read, selection.stress) {
+            (EndOfStep, _) if selection.velocity && set.has_affine_field => {
+                let moments = self.clock.options.transfer == VelocityTransfer::Apic;
+                transfers.g2p_with_affine(&view, &points, solved, moments, (reads, affine_velocity));
+            }
+            (EndOfStep, true) => transfers.g2p(&view, &points, solved, reads),
+            (EndOfStep, false) => transfers.g2p_motion(&view, &points, solved, reads),
+            (Remapped, _) => transfers.g2p_velocity(&view, &points, &remapped[first..], reads),
+        }
+    }
+
+    /// Velocities of points at the end of the step (step 5): a blend of FLIP and PIC, PIC with an affine field (sheet: mpm §2.6).
+    #[inline(always)]
+    fn update_velocities(
+        &self,
+        set: &SetProperties<'_, D>,
+        velocities: &mut [[f64; D]],
+        reads: &[InterpolatedMotion<D>],
+    ) {
+        let (flip, dt) = (if set.has_affine_field { 0.0 } else { self.clock.flip_fraction }, self.clock.dt);
+        for (own, read) in velocities.iter_mut().zip(reads) {
+            let (velocity, acceleration) = (read.velocity.as_array(), read.acceleration.as_array());
+            for c in 0..D {
+                own[c] = flip * (own[c] + dt * acceleration[c]) + (1.0 - flip) * velocity[c];
+            }
+        }
     }
 
     /// Computes motions, volumes and domains of a group of points from interpolated values (steps 7, 8).

@@ -168,7 +168,7 @@ impl<const D: usize> PointUpdater<'_, D> {
         let (reads, motions) = (&mut bench.interpolated_motion[..count], &mut bench.motions);
         let points = point_slice(block.position, extent);
         if self.transfer == SnowTransfer::Apic {
-            sweeps.g2p_with_apic(&ground, &points, self.nodes, true, (reads, block.affine_velocity));
+            sweeps.g2p_with_affine(&ground, &points, self.nodes, true, (reads, block.affine_velocity));
         } else {
             sweeps.g2p(&ground, &points, self.nodes, reads);
         }

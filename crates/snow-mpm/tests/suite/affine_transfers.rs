@@ -40,7 +40,7 @@ fn one_sweep_does_both<const D: usize>(sweeps: &dyn Transfers<D>, moments: bool)
     let (mut field, mut fields) = (vec![[[0.0; D]; D]; COUNT], vec![[[0.0; D]; D]; COUNT]);
     sweeps.g2p(&ground, &points, &nodes, &mut read);
     sweeps.g2p_affine(&ground, &points, &nodes, moments, &mut field);
-    sweeps.g2p_with_apic(&ground, &points, &nodes, moments, (&mut both, &mut fields));
+    sweeps.g2p_with_affine(&ground, &points, &nodes, moments, (&mut both, &mut fields));
     assert_eq!(field, fields, "{sweeps:?}");
     for (a, b) in read.iter().zip(&both) {
         assert_eq!(

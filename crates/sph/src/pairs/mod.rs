@@ -67,6 +67,8 @@ pub struct PairContext<'a, const D: usize> {
     pub first_wall_particle: usize,
     /// Index of the first neighbour that is a dummy particle with a mirrored state.
     pub first_dummy_particle: usize,
+    /// Artificial repulsion against tensile instability; `None` if the case has none.
+    pub repulsion: Option<ArtificialRepulsion>,
 }
 
 /// Input of the sums of the equations of motion: [`PairContext`] and the pair data of the particles.
@@ -101,9 +103,27 @@ pub struct VelocityGradient<const D: usize> {
 #[derive(Clone, Copy)]
 pub struct ArtificialRepulsion {
     /// Exponent of the ratio of kernels.
-    pub exponent: f64,
+    exponent: f64,
+    /// The exponent as a whole number, if it is one.
+    whole_exponent: Option<i32>,
     /// Factor `1 / W(Δx)` at the initial smoothing length.
-    pub scale: f64,
+    scale: f64,
+}
+
+impl ArtificialRepulsion {
+    /// Repulsion of an exponent, with the kernel `W` at the spacing (1/m^d).
+    fn new(exponent: f64, kernel_at_spacing: f64) -> Self {
+        let is_whole = exponent.fract() == 0.0 && exponent.abs() <= 64.0;
+        Self { exponent, whole_exponent: is_whole.then_some(exponent as i32), scale: 1.0 / kernel_at_spacing }
+    }
+
+    /// Power of the ratio of a kernel value (1/m^d) to that at the spacing.
+    #[inline]
+    pub(crate) fn power(&self, kernel: f64) -> f64 {
+        let ratio = kernel * self.scale;
+        // Multiplications are many times faster than a power of a real exponent.
+        self.whole_exponent.map_or_else(|| ratio.powf(self.exponent), |exponent| ratio.powi(exponent))
+    }
 }
 
 impl<'a, const D: usize> PairContext<'a, D> {
@@ -117,6 +137,9 @@ impl<'a, const D: usize> PairContext<'a, D> {
             walls,
             first_wall_particle: walls.first(len),
             first_dummy_particle: walls.first_dummy_particle(setting, len),
+            repulsion: setting.options.tensile.exponent().map(|exponent| {
+                ArtificialRepulsion::new(exponent, setting.smoothing.value(setting.options.spacing))
+            }),
         }
     }
 
@@ -234,12 +257,6 @@ impl<'a, const D: usize> PairContext<'a, D> {
         // ∂h/∂ρ = -h / (d ρ).
         1.0 / (1.0 + p.length[i] / (D as f64 * p.density[i]) * sum)
     }
-
-    /// Artificial repulsion against tensile instability; `None` if the case has none.
-    pub(crate) fn repulsion(&self) -> Option<ArtificialRepulsion> {
-        let exponent = self.options.tensile.exponent()?;
-        Some(ArtificialRepulsion { exponent, scale: 1.0 / self.smoothing.value(self.options.spacing) })
-    }
 }
 
 impl<'a, const D: usize> PairSums<'a, D> {
@@ -285,13 +302,13 @@ impl<'a, const D: usize> PairSums<'a, D> {
         if repulsion.is_empty() {
             return None;
         }
-        let ArtificialRepulsion { exponent, scale } = self.repulsion()?;
+        let law = self.pairs.repulsion?;
         let (mut any, mut tensors) = (false, [SymTensor::ZERO; 4]);
         for ((tensor, j), square) in tensors.iter_mut().zip(four).zip(square.to_array()) {
             let both = repulsion[i] + repulsion[j];
             if both != SymTensor::ZERO && j != i {
                 any = true;
-                *tensor = both * (self.kernel_ratio_argument(i, j, square.sqrt()) * scale).powf(exponent);
+                *tensor = both * law.power(self.kernel_ratio_argument(i, j, square.sqrt()));
             }
         }
         any.then(|| std::array::from_fn(|c| Lanes::new(tensors.map(|tensor| tensor.0[c]))))

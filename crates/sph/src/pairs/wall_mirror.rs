@@ -147,8 +147,8 @@ impl<const D: usize> PairSums<'_, D> {
             }
             let Some(answer) = answer(wall) else { continue };
             let mut pair = (p.stress[i] * form.own_factor + answer.stress) * scale;
-            if let Some(repulsion) = self.repulsion().filter(|_| !shown.repulsion.is_empty()) {
-                let factor = (self.kernel_ratio_argument_of(h, r) * repulsion.scale).powf(repulsion.exponent);
+            if let Some(repulsion) = self.repulsion.filter(|_| !shown.repulsion.is_empty()) {
+                let factor = repulsion.power(self.kernel_ratio_argument_of(h, r));
                 pair += (shown.repulsion[i] + answer.repulsion) * factor;
             }
             let closing = (0..D).map(|c| answer.relative[c] * apart[c]).sum::<f64>().min(0.0);

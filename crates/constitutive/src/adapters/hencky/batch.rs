@@ -3,6 +3,7 @@
 
 use crate::adapters::hencky::series::{MAX_EXP_NORM_SQUARED, MAX_LOG_NORM_SQUARED, exp_minus_one, half_log};
 use crate::adapters::hencky::{Hencky, HenckyState, PrincipalReturn, push_forward, wave_modulus};
+use crate::contract::component_arrays::Spectra;
 use crate::{BatchError, Mat3, Motion, Point, StressUpdate, SymTensor};
 
 /// Number of points of a batch.
@@ -36,6 +37,14 @@ impl<const N: usize> SimdBatch<N> {
             let left = if sum * 0.0 == 0.0 { self.fallback[i] } else { 1.0 };
             self.fallback[i] = if still & (PLANAR | across) { AT_REST } else { left };
         }
+    }
+
+    /// Principal values and directions of the stresses.
+    #[inline(always)]
+    pub(crate) fn spectra(&self) -> Spectra<N> {
+        let mut spectra = Spectra::EMPTY;
+        spectra.compute(&self.stress);
+        spectra
     }
 
     /// Stress of point `index` of the batch.
@@ -100,7 +109,10 @@ pub(crate) fn any_nonzero<const N: usize>(flags: &[f64; N]) -> bool {
 
 /// Push-forward [`push_forward`] by a step that leaves the third axis unchanged, with the volume ratio of the step.
 #[inline(always)]
-fn push_forward_in_plane([xx, yy, zz, xy]: [f64; 4], [a, b, d, e, k]: [f64; 5]) -> (SymTensor, f64) {
+pub(crate) fn push_forward_in_plane(
+    [xx, yy, zz, xy]: [f64; 4],
+    [a, b, d, e, k]: [f64; 5],
+) -> (SymTensor, f64) {
     let (t0, t1) = (a * xx + b * xy, a * xy + b * yy);
     let (t3, t4) = (d * xx + e * xy, d * xy + e * yy);
     let (along, upward, across) = (a - 1.0, e - 1.0, k - 1.0);

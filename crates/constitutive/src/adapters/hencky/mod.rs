@@ -16,7 +16,7 @@ use crate::{
 };
 
 pub use crate::adapters::hencky::batch::SimdBatch;
-pub(crate) use crate::adapters::hencky::batch::{any_nonzero, select};
+pub(crate) use crate::adapters::hencky::batch::{any_nonzero, push_forward_in_plane, select};
 pub use crate::adapters::hencky::planar::{InvariantReturn, ReturnResult, StressInvariants};
 
 /// Return map in principal stresses, of a law with linear elasticity. The map serves both the

@@ -9,6 +9,9 @@ use crate::{Mat3, MaterialError, Point, SymTensor, Tangent};
 /// Round-off tolerance of a stress on the yield surface, relative to the terms of the yield function.
 const ON_SURFACE: f64 = 64.0 * f64::EPSILON;
 
+/// Round-off of the terms of a residual at which Newton's method ends.
+const NEWTON_TOLERANCE: f64 = 8.0 * f64::EPSILON;
+
 /// Result of the return of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CamClayReturn {
@@ -50,6 +53,39 @@ impl CamClay {
         Some([x, p, p_c])
     }
 
+    /// Return of a trial outside the yield surface by Newton's method for the plastic volume compression `x` and `a = 6 G Δλ/M²` together.
+    /// `None` where it does not converge in a few steps.
+    fn newton_return(&self, trial: &CamClayTrial, size: f64) -> Option<CamClayReturn> {
+        let m2 = self.constants.critical.powi(2);
+        let (unit, theta, chi) = (m2 / (6.0 * trial.shear), trial.theta, trial.chi);
+        let (mut x, mut a) = (0.0, 0.0);
+        for _ in 0..12 {
+            let (p, p_c) = (trial.pressure * (-theta * x).exp(), size * (chi * x).exp());
+            let keep = 1.0 / (1.0 + a);
+            let (q, multiplier, flow) = (trial.q * keep, a * unit, 2.0 * p - p_c);
+            let shear = q * q / m2;
+            let (value, volume) = (shear + p * (p - p_c), multiplier * flow - x);
+            let is_solved = value.abs() <= NEWTON_TOLERANCE * (shear + p * (p + p_c))
+                && volume.abs() <= NEWTON_TOLERANCE * (multiplier * (2.0 * p + p_c));
+            if is_solved {
+                let end = CamClayReturn { pressure: p, q, preconsolidation_pressure: p_c, multiplier };
+                return (a > 0.0).then_some(end);
+            }
+            // Derivatives of both residuals by x and a.
+            let (value_x, value_a) = (-p * (theta * flow + chi * p_c), -2.0 * shear * keep);
+            let (volume_x, volume_a) = (-multiplier * (2.0 * theta * p + chi * p_c) - 1.0, unit * flow);
+            let inverse = 1.0 / (value_x * volume_a - value_a * volume_x);
+            let step_x = (value_a * volume - volume_a * value) * inverse;
+            let step_a = (volume_x * value - value_x * volume) * inverse;
+            (x, a) = (x + step_x, a + step_a);
+            // Written so that NaN is rejected.
+            if !(a >= 0.0 && (theta + chi) * step_x.abs() < 1.0) {
+                return None;
+            }
+        }
+        None
+    }
+
     /// Return of a trial; `None` where the trial is elastic.
     fn return_map(&self, trial: &CamClayTrial, size: f64) -> Result<Option<CamClayReturn>, MaterialError> {
         let m2 = self.constants.critical.powi(2);
@@ -61,6 +97,9 @@ impl CamClay {
         }
         if !excess.is_finite() {
             return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
+        }
+        if let Some(end) = self.newton_return(trial, size) {
+            return Ok(Some(end));
         }
         let failed = MaterialError::NotConverged { model: NAME, reason: "yield condition" };
         // Unknown a = 6 G Δλ/M², so that q = q_tr/(1 + a).

@@ -1,7 +1,7 @@
 //! Drucker–Prager cone and its matching to Mohr–Coulomb.
 
 use super::return_map::StressInvariantValues;
-use super::{DruckerPrager, Matching};
+use super::{DruckerPrager, Matching, Softening};
 
 /// Drucker–Prager cone `√J2 + α I1 - k` with the slope `α_ψ` of its potential, at a given plastic strain.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -116,7 +116,26 @@ impl DruckerPrager {
     /// Cone at plastic strain `kappa`.
     #[inline]
     pub fn cone_at(&self, kappa: f64) -> Cone {
-        if self.has_constant_cone { self.peak } else { self.softened_cone(kappa) }
+        if self.has_constant_cone {
+            return self.peak;
+        }
+        match self.spec.softening {
+            // The strength is proportional to the cohesion.
+            Some(softening) if self.only_cohesion_softens(&softening) => {
+                let cohesion = self.spec.cohesion;
+                let strength = self.peak.strength * (softening.cohesion(cohesion, kappa) / cohesion);
+                Cone { strength, ..self.peak }
+            }
+            _ => self.softened_cone(kappa),
+        }
+    }
+
+    /// Whether angles of friction and dilatancy keep their peaks.
+    #[inline]
+    fn only_cohesion_softens(&self, softening: &Softening) -> bool {
+        softening.keeps_friction(self.spec.friction_angle.to_radians())
+            && self.spec.dilatancy_decay == 0.0
+            && self.spec.cohesion > 0.0
     }
 
     /// Cone at equivalent plastic strain `κ`, with softened friction and cohesion and decayed dilatancy.

@@ -76,6 +76,26 @@ impl DruckerPrager {
         law
     }
 
+    /// Returns the trial stresses of a batch by a law with softening or hardening.
+    #[inline(never)]
+    fn return_batch_to_changing_cone<const N: usize>(
+        &self,
+        few: &mut SimdBatch<N>,
+        states: &mut [PlasticStrain; N],
+    ) {
+        for i in 0..N {
+            let trial = few.stress_of(i);
+            match self.closest_point(&trial, states[i]) {
+                Ok(Point { stress, .. }) if stress == trial => {}
+                Ok(Point { stress, state }) => {
+                    few.set_stress(i, &stress);
+                    (few.is_yielding[i], states[i]) = (1.0, state);
+                }
+                Err(_) => few.fallback[i] = 1.0,
+            }
+        }
+    }
+
     /// Updates a point of a law with softening or hardening, or by an algorithm of Bui & Nguyen 2021.
     #[inline(never)]
     fn step_with_changing_cone(
@@ -199,11 +219,14 @@ impl PrincipalReturn for DruckerPrager {
     }
 
     fn supports_batch(&self) -> bool {
-        self.has_constant_cone && self.spec.integration == PlasticIntegration::ClosestPoint
+        self.spec.integration == PlasticIntegration::ClosestPoint
     }
 
     #[inline]
     fn return_batch<const N: usize>(&self, few: &mut SimdBatch<N>, states: &mut [PlasticStrain; N]) {
+        if !self.has_constant_cone {
+            return self.return_batch_to_changing_cone(few, states);
+        }
         for i in 0..N {
             let trial = few.stress_of(i);
             let (stress, plastic) = self.peak_step(&SymTensor::ZERO, &trial);

@@ -184,7 +184,7 @@ fn solve_softening(
         return Ok((end * (1.0 + 1e-9) + f64::MIN_POSITIVE, cone));
     }
     let (mut low, mut high) = ((0.0, excess), (end, at_end));
-    let mut x = start.clamp(0.0, end);
+    let (mut last, mut x) = ((0.0, excess), start.clamp(0.0, end));
     for _ in 0..100 {
         let (value, cone) = at(x);
         if value.abs() <= 2.0 * f64::EPSILON * scale || high.0 - low.0 <= f64::EPSILON * end {
@@ -195,10 +195,9 @@ fn solve_softening(
         } else {
             high = (x, value);
         }
-        let slope = 1e-6 * (high.0 - low.0);
-        let derivative = (at(x + slope).0 - value) / slope;
-        let newton = x - value / derivative;
-        x = if newton > low.0 && newton < high.0 { newton } else { 0.5 * (low.0 + high.0) };
+        let secant = x - value * (x - last.0) / (value - last.1);
+        last = (x, value);
+        x = if secant > low.0 && secant < high.0 { secant } else { 0.5 * (low.0 + high.0) };
     }
     Err(MaterialError::NotConverged { model: NAME, reason: "softening return" })
 }

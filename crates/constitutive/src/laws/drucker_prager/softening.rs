@@ -54,6 +54,18 @@ impl Softening {
         )
     }
 
+    /// Whether the friction angle keeps its `peak` (rad).
+    #[inline]
+    pub(in crate::laws) fn keeps_friction(&self, peak: f64) -> bool {
+        self.friction_rate == 0.0 || self.residual_friction_angle.to_radians() == peak
+    }
+
+    /// Cohesion (Pa) at the plastic strain `kappa`, as in [`Self::strength`].
+    #[inline]
+    pub(in crate::laws) fn cohesion(&self, peak: f64, kappa: f64) -> f64 {
+        self.residual_cohesion + (peak - self.residual_cohesion) * (-self.cohesion_rate * kappa).exp()
+    }
+
     /// Derivatives of [`Self::strength`] with respect to plastic strain.
     pub(in crate::laws) fn rate(&self, (friction, cohesion): (f64, f64), kappa: f64) -> (f64, f64) {
         let residual = self.residual_friction_angle.to_radians();

@@ -13,7 +13,7 @@ mod softening;
 
 use super::Elasticity;
 use super::drucker_prager::{OUTPUTS, PlasticStrain, Softening};
-use crate::adapters::hencky::small_strain_tangent;
+use crate::adapters::hencky::{SimdBatch, small_strain_tangent};
 use crate::contract::component_arrays::{ComponentArrays, Spectra};
 use crate::{
     BLOCK_SIZE, InitialCondition, Law, MaterialError, Motion, Point, PointLaw, PrincipalReturn, SmallStrain,
@@ -208,6 +208,34 @@ impl SmallStrain for MohrCoulomb {
 impl PrincipalReturn for MohrCoulomb {
     fn elasticity(&self) -> &Elasticity {
         &self.elasticity
+    }
+
+    fn supports_batch(&self) -> bool {
+        true
+    }
+
+    #[inline]
+    fn return_batch<const N: usize>(&self, few: &mut SimdBatch<N>, states: &mut [PlasticStrain; N]) {
+        let mut inside = [0.0; N];
+        for i in 0..N {
+            let pyramid = self.pyramid_at(states[i].deviatoric);
+            inside[i] = if self.is_certainly_elastic(&few.stress_of(i), &pyramid) { 1.0 } else { 0.0 };
+        }
+        if inside == [1.0; N] {
+            return;
+        }
+        let spectra = few.spectra();
+        for i in (0..N).filter(|&i| inside[i] == 0.0) {
+            let spectrum = spectra.spectrum(i);
+            match self.return_principal(spectrum.values, &states[i]) {
+                Ok((principal, _)) if principal == spectrum.values => {}
+                Ok((principal, state)) => {
+                    few.set_stress(i, &spectrum.compose(principal));
+                    (few.is_yielding[i], states[i]) = (1.0, state);
+                }
+                Err(_) => few.fallback[i] = 1.0,
+            }
+        }
     }
 
     fn return_principal(

@@ -1,5 +1,6 @@
 //! Shape functions of a point in `D` dimensions, and its transfers.
 
+pub(crate) mod batch;
 mod transfers;
 
 use wide::f64x8;

@@ -113,13 +113,20 @@ impl<const D: usize, const S: usize> NodeSupport<D> for Stencil<D, S> {
     }
 
     #[inline(always)]
-    fn p2g_value(&self, nodes: &mut [Vector4], offset: usize, strides: &[usize; D], motion: Vector4) {
+    fn p2g_value<T>(
+        &self,
+        nodes: &mut [T],
+        offset: usize,
+        strides: &[usize; D],
+        motion: Vector4,
+        at: impl Fn(&mut T) -> &mut Vector4,
+    ) {
         let last = D - 1;
         self.for_each_line(strides, |start, w, _| {
             let line = &mut nodes[start - offset..start - offset + S];
             let motion = motion * w;
             for k in 0..S {
-                line[k] += motion * self.weights[last][k];
+                *at(&mut line[k]) += motion * self.weights[last][k];
             }
         });
     }
@@ -216,7 +223,7 @@ impl<const D: usize, const S: usize> NodeSupport<D> for Stencil<D, S> {
     }
 
     #[inline(always)]
-    fn g2p_with_apic(
+    fn g2p_with_affine(
         &self,
         other: &Self,
         nodes: &[NodalState],

@@ -1,0 +1,161 @@
+"""Cases of this project at the settings of the other programs: `cases.py FOLDER` writes them as JSON files."""
+
+import json
+import sys
+from pathlib import Path
+
+ELASTIC = {"model": "linear-elastic", "density": 2000.0, "youngs_modulus": 1e6, "poissons_ratio": 0.3}
+DRUCKER_PRAGER = {**ELASTIC, "model": "drucker-prager", "friction_angle": 20.0, "cohesion": 0.1}
+LAWS = {
+    "elastic": ELASTIC,
+    "corotated": {**ELASTIC, "model": "fixed-corotated"},
+    "dp": DRUCKER_PRAGER,
+    "dphencky": {**DRUCKER_PRAGER, "strain_measure": "hencky"},
+}
+
+# P-wave speed of the elastic soil (m/s): the time step of the block is 0.4 times the cell size over it.
+MODULUS = 1e6 * 0.7 / (1.3 * 0.4)
+WAVE_SPEED = (MODULUS / 2000.0) ** 0.5
+
+
+def space(dimension):
+    """Value of the key `space`."""
+    return "plane-strain" if dimension == 2 else "3d"
+
+
+def block(dimension, material, cell):
+    """Block of edge 1 m on a rough floor under a weak gravity, without a method."""
+    low = [-4 * cell] * dimension
+    low[1] = 0.0
+    gravity = [0.0] * dimension
+    gravity[1] = -0.1
+    box = {"kind": "box", "min": [0.0] * dimension, "max": [1.0] * dimension}
+    return {
+        "title": "block",
+        "space": space(dimension),
+        "domain": {"min": low, "max": [1 + 4 * cell] * dimension},
+        "gravity": gravity,
+        "materials": {"soil": material},
+        "bodies": [{"name": "block", "material": "soil", "shape": box}],
+        "boundaries": [{"side": "y-min", "wall": {"kind": "rough"}}],
+        "stages": [{"name": "settle", "duration": 100.0}],
+    }
+
+
+def mpm_blocks():
+    """Blocks of the material point method: name and case."""
+    for dimension, cells in [(2, 50), (2, 100), (2, 500), (3, 20), (3, 50)]:
+        cell = 1 / cells
+        for shape in ["linear", "quadratic"]:
+            for law, material in LAWS.items():
+                for transfer in ["flip", "apic"]:
+                    for scheme in ["usl", "musl", "usf"]:
+                        if transfer == "apic" and scheme != "usl":
+                            continue
+                        method = {
+                            "cell_size": cell,
+                            "shape": shape,
+                            "stress_update": scheme,
+                            "transfer": transfer,
+                            "time_step": 0.4 * cell / WAVE_SPEED,
+                        }
+                        case = {**block(dimension, material, cell), "methods": {"mpm": method}}
+                        yield f"block-{dimension}d-{shape}-{law}-{transfer}-{scheme}-{cells}", case
+
+
+def beams():
+    """Elastic cantilevers of smoothed particle hydrodynamics that swing from an initial velocity."""
+    for rows, formulation in [(10, "updated"), (40, "updated"), (40, "total-lagrangian"), (60, "updated")]:
+        spacing = 0.02 / rows
+        swing = {"kind": "bending", "along": 0, "across": 1, "clamp": 0, "length": 0.2, "tip": 0.6}
+        method = {
+            "spacing": spacing,
+            "kernel": "cubic-spline",
+            "smoothing": 1.3,
+            "viscosity_linear": 0.2,
+            "held": ["clamp"],
+            "formulation": formulation,
+        }
+        if formulation == "updated":
+            method["tensile"] = {"kind": "artificial-stress", "strength": 0.3, "exponent": 4}
+        rubber = {"model": "linear-elastic", "density": 1000, "youngs_modulus": 2e6, "poissons_ratio": 0.3975}
+        beam = {"kind": "box", "min": [0, 0], "max": [0.2, 0.02]}
+        clamp = {"kind": "box", "min": [-0.06, 0], "max": [0, 0.02]}
+        yield f"sph-beam-{formulation}-{rows}", {
+            "title": "beam",
+            "space": "plane-strain",
+            "domain": {"min": [-0.08, -0.08], "max": [0.26, 0.1]},
+            "gravity": [0, 0],
+            "materials": {"m": rubber},
+            "bodies": [
+                {"name": "beam", "material": "m", "shape": beam, "velocity": swing},
+                {"name": "clamp", "material": "m", "shape": clamp},
+            ],
+            "stages": [{"name": "swing", "duration": 1.0}],
+            "methods": {"sph": method},
+        }
+
+
+def soil_columns():
+    """Columns of aluminium bars of smoothed particle hydrodynamics that collapse."""
+    bars = {
+        "model": "drucker-prager",
+        "density": 2040,
+        "youngs_modulus": 5.84e6,
+        "poissons_ratio": 0.3,
+        "friction_angle": 21.9,
+        "matching": "plane-strain-associated",
+    }
+    for rows in [50, 150]:
+        method = {"spacing": 0.1 / rows, "kernel": "wendland-c2", "smoothing": 1.3, "viscosity_linear": 0.1}
+        column = {"kind": "box", "min": [0, 0], "max": [0.2, 0.1]}
+        yield f"sph-column-{rows}", {
+            "title": "bars",
+            "space": "plane-strain",
+            "domain": {"min": [0, 0], "max": [0.5, 0.15]},
+            "gravity": [0, -9.8],
+            "materials": {"s": bars},
+            "bodies": [{"name": "column", "material": "s", "shape": column}],
+            "boundaries": [{"side": side, "wall": {"kind": "rough"}} for side in ("x-min", "x-max", "y-min")],
+            "stages": [{"name": "collapse", "duration": 0.8}],
+            "methods": {"sph": method},
+        }
+
+
+def disks():
+    """Two elastic disks that collide, with linear functions."""
+    rubber = {"model": "linear-elastic", "density": 1000, "youngs_modulus": 1000, "poissons_ratio": 0.3}
+    for scheme in ["usl", "musl"]:
+        method = {"cell_size": 0.005, "points_per_cell": 2, "shape": "linear"}
+        method.update({"stress_update": scheme, "time_step": 1e-3})
+        bodies = [
+            {
+                "name": name,
+                "material": "r",
+                "shape": {"kind": "ball", "centre": [place, place], "radius": 0.2},
+                "velocity": {"kind": "uniform", "value": [speed, speed]},
+            }
+            for name, place, speed in [("a", 0.2, 0.1), ("b", 0.8, -0.1)]
+        ]
+        yield f"disks-{scheme}", {
+            "title": "disks",
+            "space": "plane-strain",
+            "domain": {"min": [-0.1, -0.1], "max": [1.1, 1.1]},
+            "gravity": [0, 0],
+            "materials": {"r": rubber},
+            "bodies": bodies,
+            "stages": [{"name": "collide", "duration": 3.6}],
+            "methods": {"mpm": method},
+        }
+
+
+def write(folder):
+    """Writes all cases to a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for family in [mpm_blocks, beams, soil_columns, disks]:
+        for name, case in family():
+            (folder / f"{name}.json").write_text(json.dumps(case, indent=1))
+
+
+if __name__ == "__main__":
+    write(Path(sys.argv[1]))

@@ -1,0 +1,209 @@
+#!/usr/bin/env python3
+"""Speed of this project and of other programs at equal settings.
+
+  peers.py list                          settings, with what is installed
+  peers.py run PROGRAM [THREADS] [TEXT]  runs of one program (`ours` for this project) whose setting contains TEXT
+  peers.py table [REPEATS] [TEXT]        ours, other, ours, other … for each setting, then a table in Markdown
+
+Run it from the root of the repository after `cargo build --release -p xtask`. Environments, builds, cases and outputs are in `target/peers`,
+or in the folder PEERS_WORK. A rate is points × steps over processor seconds of one thread, bound to the core CORE (1 by default);
+with two threads over wall seconds. The start of a program is not counted: it measures its steps itself, or two runs of different
+lengths are subtracted.
+"""
+
+import json
+import os
+import re
+import resource
+import subprocess
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from statistics import median
+
+ROOT = Path(__file__).resolve().parent
+WORK = Path(os.environ.get("PEERS_WORK", "target/peers")).resolve()
+CORE = os.environ.get("CORE", "1")
+XTASK = Path("target/release/xtask").resolve()
+
+COUNTED = re.compile(r"points (?P<points>\d+) steps (?P<steps>\d+) user (?P<user>[\d.]+)(?: wall (?P<wall>[\d.]+))?")
+END_STATE = re.compile(r"(?P<key>centre|kinetic|time|height|mass|fall) (?P<values>[-+\d.e]+(?: [-+\d.e]+)*)")
+
+
+@dataclass
+class Run:
+    """Points, steps, seconds and end state of a run."""
+
+    points: float
+    steps: float
+    seconds: float
+    end: dict = field(default_factory=dict)
+
+    @property
+    def rate(self):
+        """Million point updates per second."""
+        return self.points * self.steps / self.seconds / 1e6
+
+
+@dataclass
+class Ours:
+    """Run of a case of this project: `warm_up` steps, then `steps` that are measured."""
+
+    case: str
+    method: str
+    steps: int
+    warm_up: int = 3
+
+    def measure(self, threads):
+        command = [XTASK, "bench", "--case", WORK / "cases" / f"{self.case}.json", "--method", self.method]
+        command += ["--threads", threads, "--steps", self.steps, "--warm-up-steps", self.warm_up]
+        _, _, text = execute(list(map(str, command)), threads, WORK, {})
+        names, row = [line.split(",") for line in text.strip().splitlines()[-2:]]
+        values = {name: value if name == "method" else float(value) for name, value in zip(names, row)}
+        seconds = values["cpu_seconds"] if threads == 1 else values["seconds"]
+        end = {"time": [values["time"]], "kinetic": [values["kinetic_energy"]]}
+        end["centre"] = [values["centre_x"], values["centre_y"], values["centre_z"]]
+        return Run(values["points"], values["steps"], seconds, end)
+
+
+@dataclass
+class Other:
+    """Run of another program.
+
+    `command` has the places {n} for the number of steps and {t} for the number of threads. With one length the program prints `points`,
+    `steps` and `user`; with two lengths their difference is measured, and `points` is given or found by a pattern in the output."""
+
+    command: str
+    lengths: list
+    folder: str = "."
+    points: float = None
+    environment: dict = field(default_factory=dict)
+    pattern: dict = field(default_factory=dict)
+    two_threads: dict = None
+
+    def measure(self, threads):
+        runs = []
+        for length in self.lengths:
+            environment = {"STEPS": str(length), **self.environment}
+            if threads == 2:
+                environment.update(self.two_threads)
+            command = ["bash", "-c", self.command.format(n=length, t=threads)]
+            user, wall, text = execute(command, threads, WORK / self.folder, environment)
+            end = {m["key"]: list(map(float, m["values"].split())) for m in END_STATE.finditer(text)}
+            counted = COUNTED.search(text)
+            if counted:
+                seconds = float(counted["user" if threads == 1 else "wall"])
+                return Run(float(counted["points"]), float(counted["steps"]), seconds, end)
+            found = {key: float(re.findall(pattern, text)[-1]) for key, pattern in self.pattern.items()}
+            points = found.get("points", self.points)
+            runs.append(Run(points, found.get("steps", length), user if threads == 1 else wall, end))
+        first, last = runs
+        return Run(last.points, last.steps - first.steps, last.seconds - first.seconds, last.end)
+
+
+@dataclass
+class Setting:
+    """A setting with a run of this project and one of another program."""
+
+    name: str
+    program: str
+    aim: float
+    ours: Ours
+    other: Other
+    note: str
+    # A function of both end states that gives their relative difference, or None.
+    difference: object = None
+
+
+def execute(command, threads, folder, environment):
+    """Processor seconds, wall seconds and output of a command on one core or two."""
+    folder.mkdir(parents=True, exist_ok=True)
+    cores = CORE if threads == 1 else "0,1"
+    before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    result = subprocess.run(
+        ["taskset", "-c", cores, *command],
+        cwd=folder,
+        env={**os.environ, "OMP_NUM_THREADS": str(threads), **environment},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+    )
+    wall = time.perf_counter() - start
+    user = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before.ru_utime
+    if result.returncode != 0:
+        raise RuntimeError(f"exit status {result.returncode}: {result.stdout[-500:]}")
+    return user, wall, result.stdout
+
+
+def verdict(ratio):
+    """Word for a ratio: differences below a tenth are not told apart."""
+    return "ahead" if ratio > 1.1 else "behind" if ratio < 0.9 else "equal"
+
+
+def spread(values):
+    """Range of values over their largest one, in per cent."""
+    return f"{100 * (max(values) - min(values)) / max(values):.0f} %"
+
+
+def table(settings, repeats, text):
+    """Measures all settings in turn and prints the table."""
+    print("| setting | other program | ours | spread | ratio | aim | end states differ by | |")
+    print("|---|---|---|---|---|---|---|---|")
+    for setting in settings:
+        if text not in f"{setting.program} {setting.name}":
+            continue
+        try:
+            runs = [(setting.ours.measure(1), setting.other.measure(1)) for _ in range(repeats)]
+        except (OSError, RuntimeError, ValueError) as error:
+            print(f"| {setting.name} | {setting.program}: not measured ({str(error)[:200]!r}) | | | | {setting.aim} | | |", flush=True)
+            continue
+        ours, others = [[run.rate for run in side] for side in zip(*runs)]
+        ratio = median(ours) / median(others)
+        apart = setting.difference(runs[-1][0].end, runs[-1][1].end) if setting.difference else None
+        apart = "" if apart is None else f"{100 * apart:.2f} %"
+        print(
+            f"| {setting.name} | {setting.program} {median(others):.3g} | {median(ours):.3g} | {spread(ours)}, {spread(others)} | "
+            f"{ratio:.2f} | {setting.aim} | {apart} | {verdict(ratio)} |",
+            flush=True,
+        )
+
+
+def run(settings, program, threads, text):
+    """Measures one program at all settings and prints a line for each."""
+    for setting in settings:
+        if program not in ("ours", setting.program) or text not in setting.name:
+            continue
+        job = setting.ours if program == "ours" else setting.other
+        if threads == 2 and program != "ours" and job.two_threads is None:
+            continue
+        try:
+            result = job.measure(threads)
+            print(f"{program} {setting.name} {result.points:.0f} {result.steps:.0f} {result.seconds:.3f} {result.rate:.3f} {json.dumps(result.end)}", flush=True)
+        except (OSError, RuntimeError, ValueError) as error:
+            print(f"# {program} {setting.name} failed: {str(error)[-400:]}", flush=True)
+
+
+def main(arguments):
+    from settings import SETTINGS, write_cases
+
+    task = arguments[0] if arguments else "list"
+    if task == "list":
+        for setting in SETTINGS:
+            print(f"{setting.program}: {setting.name} (aim {setting.aim}): {setting.note}")
+        return
+    write_cases(WORK / "cases")
+    if task == "run":
+        threads = int(arguments[2]) if len(arguments) > 2 else 1
+        run(SETTINGS, arguments[1], threads, arguments[3] if len(arguments) > 3 else "")
+    elif task == "table":
+        repeats = int(arguments[1]) if len(arguments) > 1 else 3
+        table(SETTINGS, repeats, arguments[2] if len(arguments) > 2 else "")
+    else:
+        raise SystemExit(__doc__)
+
+
+if __name__ == "__main__":
+    sys.modules["peers"] = sys.modules["__main__"]
+    main(sys.argv[1:])
