@@ -1,5 +1,5 @@
-//! Forces of all contacts: slabs of one parity in parallel, then those of the other, then the periodic pairs. The lists fix the
-//! order in which every grain receives its forces.
+//! Forces of all contacts: those of the slabs, then those of the periodic pairs. The lists fix the order in which every grain receives
+//! its forces: from an even slab before an odd one, on any number of threads.
 
 pub(crate) mod contact_buffers;
 pub(crate) mod contact_forces;

@@ -174,7 +174,7 @@ mod tests {
     fn pairs_that_can_meet_within_the_allowed_approach_are_active() {
         let (mut grains, mut lists, mut random) = random_grains();
         let listed = lists.slab_pairs.second.len();
-        for closer in [0.0, 0.01, 0.04, 0.1, 0.2, SKIN] {
+        for closer in [0.0, 0.01, 0.02, 0.09, 0.2, SKIN] {
             lists.select_active(&grains, Some(&[]), closer, SKIN);
             let chosen = selected_pairs(&lists);
             assert!(chosen.is_sorted());

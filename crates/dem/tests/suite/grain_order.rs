@@ -7,7 +7,7 @@ use colluvium_dem::{DemSolver, spheres};
 use colluvium_testkit::{advance_steps, read_case};
 use serde_json::json;
 
-/// Grains along the edges of a block; there are enough for several slabs.
+/// Number of grains along each edge of the block, enough for several slabs.
 const COUNTS: [usize; 3] = [10, 10, 30];
 
 /// Position of a grain (m) and its id.
