@@ -90,7 +90,7 @@ impl ColumnFile {
             return Err(CaseErrorKind::coded("decimal-comma", problem));
         }
         let mut table = Self { text, separator, heads: None };
-        let mut rows = table.reader();
+        let mut rows = table.reader(csv::Trim::All);
         let head = rows.records().next().transpose().map_err(|error| table.line_problem(&error))?;
         drop(rows);
         if let Some(head) = head {
@@ -122,11 +122,11 @@ impl ColumnFile {
         self.heads.as_deref()
     }
 
-    /// CSV reader of the text.
-    fn reader(&self) -> csv::Reader<&[u8]> {
+    /// CSV reader of the text, which removes blanks around cells or not.
+    fn reader(&self, trim: csv::Trim) -> csv::Reader<&[u8]> {
         csv::ReaderBuilder::new()
             .comment(Some(b'#'))
-            .trim(csv::Trim::All)
+            .trim(trim)
             .delimiter(self.separator)
             .has_headers(self.heads.is_some())
             .from_reader(self.text.as_bytes())
@@ -137,10 +137,26 @@ impl ColumnFile {
     /// # Errors
     /// Each row with another number of cells, as a text with its position.
     pub fn rows(&self) -> impl Iterator<Item = Result<ColumnRow, String>> {
-        self.reader().into_records().map(|record| {
+        self.reader(csv::Trim::All).into_records().map(|record| {
             let cells = record.map_err(|error| self.line_problem(&error))?;
             Ok(ColumnRow { line: cells.position().map_or(0, |at| self.line(at)), cells })
         })
+    }
+
+    /// Calls `visit` with the line number and the cells of each row, as [`ColumnFile::rows`] but with blanks around cells. All rows are
+    /// read into one record: for long files, where a new one for each row takes as long as its numbers.
+    ///
+    /// # Errors
+    /// Those of `visit`, and each row with another number of cells, as a text with its position.
+    pub(crate) fn visit_rows<E: From<String>>(
+        &self,
+        mut visit: impl FnMut(u64, &csv::StringRecord) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let (mut reader, mut cells) = (self.reader(csv::Trim::Headers), csv::StringRecord::new());
+        while reader.read_record(&mut cells).map_err(|error| self.line_problem(&error))? {
+            visit(cells.position().map_or(0, |at| self.line(at)), &cells)?;
+        }
+        Ok(())
     }
 
     /// Finite number in a cell.

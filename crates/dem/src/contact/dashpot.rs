@@ -52,7 +52,7 @@ pub fn dashpot_in_step<const D: usize, const R: usize>(
     is_new: bool,
     steps: &StepLengths,
 ) -> f64 {
-    let mut damping = lagged_dashpot(base.damping, geometry.mass, law.velocity_lag * steps.lag_step);
+    let mut damping = lagged_dashpot(base.damping, geometry.inverse_mass, law.velocity_lag * steps.lag_step);
     if is_new {
         damping = onset_dashpot(damping, geometry, steps, law.is_hertz());
     }
@@ -65,8 +65,8 @@ pub fn dashpot_in_step<const D: usize, const R: usize>(
 /// Dashpot (N s/m) whose force with a velocity that is `lag/2` old (s) damps a pair as `dashpot` does with the current velocity. The delay
 /// reduces the mass in the equation of motion by `dashpot × lag / 2`.
 #[inline(always)]
-pub fn lagged_dashpot<T: SimdNumber>(dashpot: T, mass: T, lag: T) -> T {
-    let share = T::broadcast(0.25) * dashpot * lag / mass;
+pub fn lagged_dashpot<T: SimdNumber>(dashpot: T, inverse_mass: T, lag: T) -> T {
+    let share = T::broadcast(0.25) * dashpot * lag * inverse_mass;
     dashpot * ((T::broadcast(1.0) + share * share).root() - share)
 }
 
@@ -87,6 +87,18 @@ pub fn onset_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     (approach + approach).select_above(geometry.overlap, dashpot * factor, dashpot)
 }
 
+/// Change of the overlap in the next step under a normal response (m), positive where the overlap decreases.
+#[inline(always)]
+pub fn opening<const D: usize, const R: usize, T: SimdNumber>(
+    base: &NormalResponse<T>,
+    geometry: &ContactGeometry<D, R, T>,
+    steps: &StepLengths<T>,
+) -> T {
+    let kick = steps.force_time() * geometry.inverse_mass;
+    steps.next_step
+        * (geometry.separation_velocity + kick * (base.force - base.damping * geometry.separation_velocity))
+}
+
 /// Dashpot in the last step of a contact that may be in tension while it opens (N s/m). Its impulse is that of the preceding half step and
 /// of the time until the overlap ends. Unchanged where the overlap does not end within the step.
 #[inline(always)]
@@ -96,9 +108,8 @@ pub fn release_dashpot<const D: usize, const R: usize, T: SimdNumber>(
     steps: &StepLengths<T>,
     is_hertz: bool,
 ) -> T {
-    let (dt, kick) = (steps.next_step, steps.force_time() / geometry.mass);
-    let whole = dt
-        * (geometry.separation_velocity + kick * (base.force - base.damping * geometry.separation_velocity));
+    let (dt, kick) = (steps.next_step, steps.force_time() * geometry.inverse_mass);
+    let whole = opening(base, geometry, steps);
     // Dashpots with which the overlap just ends, and just persists.
     let [ends, stays] = [1.0 + 1e-9, 1.0 - 1e-9].map(|share| {
         base.damping

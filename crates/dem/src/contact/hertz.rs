@@ -102,6 +102,7 @@ mod tests {
             relative_spin: [0.0; 3],
             spin: 0.0,
             mass,
+            inverse_mass: 1.0 / mass,
             radius,
             min_radius: 0.005,
         };

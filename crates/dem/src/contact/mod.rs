@@ -156,6 +156,8 @@ pub struct ContactGeometry<const D: usize, const R: usize, T = f64> {
     pub spin: T,
     /// Effective mass (kg).
     pub mass: T,
+    /// Inverse of the effective mass (1/kg).
+    pub inverse_mass: T,
     /// Effective radius (m).
     pub radius: T,
     /// The smaller radius (m).
@@ -209,6 +211,7 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
             relative_spin: difference(&one.spin, &two.spin),
             spin: T::broadcast(0.5) * normal_spin(&sum_of_spins, &normal),
             mass: part * (distance * sum),
+            inverse_mass: inverse,
             radius: a * b * per_sum,
             min_radius: a.select_above(b, b, a),
         };
@@ -237,6 +240,7 @@ impl<const D: usize, const R: usize, T: SimdNumber> ContactGeometry<D, R, T> {
             relative_spin: one.spin,
             spin: T::broadcast(0.5) * normal_spin(&one.spin, normal),
             mass,
+            inverse_mass: T::broadcast(1.0) / mass,
             radius,
             min_radius: radius,
         };

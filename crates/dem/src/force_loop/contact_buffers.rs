@@ -2,7 +2,7 @@
 
 use crate::boundary::walls::WallReaction;
 use crate::contact::{ContactEnergies, Virial};
-use crate::force_loop::{ForceTorque, GrainRecords};
+use crate::force_loop::GrainRecords;
 
 /// Buffers of the contact forces of a step.
 #[derive(Default)]
@@ -17,8 +17,6 @@ pub struct ContactBuffers<const D: usize, const R: usize> {
     pub velocity: Vec<[f64; D]>,
     /// Predicted angular velocities (rad/s).
     pub spin: Vec<[f64; R]>,
-    /// Records of the grains for the SIMD kernels.
+    /// Records of the grains for the SIMD kernels, with their forces.
     pub records: GrainRecords,
-    /// Forces and moments of the grains.
-    pub forces: Vec<ForceTorque>,
 }

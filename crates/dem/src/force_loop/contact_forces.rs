@@ -7,7 +7,7 @@ use crate::config::{ContactVelocity, LeverArm};
 use crate::contact::ContactEnergies;
 use crate::contact::contact_laws::ContactLaws;
 use crate::force_loop::contact_buffers::ContactBuffers;
-use crate::force_loop::{ContactInput, ForceKernel, grain_records, scatter_forces};
+use crate::force_loop::{ContactInput, ForceKernel, scatter_forces};
 use crate::neighbours::grain_neighbours::GrainNeighbours;
 use crate::neighbours::wall_list::{WallList, WallListView};
 use crate::points::grain_extremes::GrainExtremes;
@@ -33,7 +33,7 @@ pub fn find_forces<const D: usize, const R: usize>(
         _ => neighbours.select_active_pairs(laws, cell, grains, extremes, &buffers.shifts),
     }
     let slabs = neighbours.pairs.slab_count();
-    let ContactBuffers { slab_energies, reactions, shifts, velocity, spin, records, forces } = buffers;
+    let ContactBuffers { slab_energies, reactions, shifts, velocity, spin, records } = buffers;
     slab_energies.clear();
     slab_energies.resize(slabs + 1, (ContactEnergies::default(), [[0.0; D]; D]));
     reactions.clear();
@@ -50,10 +50,10 @@ pub fn find_forces<const D: usize, const R: usize>(
     if !single {
         input.plane_kernel = ForceKernel::for_laws(walls.iter().flat_map(|wall| &wall.laws));
     }
-    grain_records(grains, (input.velocity, input.spin), (&mut *records, &mut *forces));
-    input.records = (&records.position_and_radius, &records.motion);
-    input.contacts(&mut neighbours.pairs, forces, slab_energies);
-    scatter_forces(forces, grains.radius, (&mut *force, &mut *torque));
+    records.resize(grains.mass.len());
+    input.contacts(&mut neighbours.pairs, records, slab_energies);
+    input.motions = &records.motion;
+    scatter_forces(&records.forces, grains.radius, (&mut *force, &mut *torque));
     let WallList { grain, wall, slabs: of_slabs, history, facet, .. } = &mut neighbours.walls;
     if !grain.is_empty() {
         let view = WallListView { grain, wall, slabs: of_slabs, facet };

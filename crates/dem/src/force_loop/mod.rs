@@ -1,5 +1,5 @@
-//! Forces of all contacts: slabs of one parity in parallel, then those of the other, then the periodic pairs. The lists fix the
-//! order in which every grain receives its forces.
+//! Forces of all contacts: those of the slabs, then those of the periodic pairs. The lists fix the order in which every grain receives
+//! its forces: from an even slab before an odd one, on any number of threads.
 
 pub(crate) mod contact_buffers;
 pub(crate) mod contact_forces;
@@ -17,14 +17,16 @@ use crate::contact::{
 };
 pub use crate::force_loop::simd::{PlaneContact, PlaneSums};
 pub use crate::force_loop::simd_records::{
-    ForceKernel, ForceTorque, GrainMotion, GrainRecords, SimdLaws, grain_records, scatter_forces,
+    ForceKernel, GrainMotion, GrainRecords, GrainRecordsMut, SimdLaws, scatter_forces,
 };
 use crate::neighbours::VerletLists;
 use crate::neighbours::active_pairs::ActivePairs;
 use crate::points::grains::GrainView;
 
 use crate::points::vector::{add, difference, dot, from_tangential, moment, scaled};
-use wide::f64x4 as Lanes;
+
+/// Number of tasks of contact forces per thread, for an even load.
+const TASKS_PER_THREAD: usize = 4;
 
 /// Input of the contact forces: state of the grains, laws and steps.
 pub struct ContactInput<'a, const D: usize, const R: usize> {
@@ -60,8 +62,8 @@ pub struct ContactInput<'a, const D: usize, const R: usize> {
     pub kernel: ForceKernel,
     /// Kernel of the contacts with planes.
     pub plane_kernel: ForceKernel,
-    /// Positions with radii, and motions of the grains, as records for the SIMD kernels.
-    pub records: (&'a [Lanes], &'a [GrainMotion]),
+    /// Motions of the grains as records for the contacts with planes.
+    pub motions: &'a [GrainMotion],
 }
 
 /// Pairs within the slabs, and the first grain of each slab.
@@ -76,8 +78,8 @@ struct SlabPairs<'a> {
 pub struct ForceAccumulators<'a, const D: usize, const R: usize> {
     /// First grain of this part.
     pub first: usize,
-    /// Forces and moments of the grains.
-    pub forces: &'a mut [ForceTorque],
+    /// Records of the grains with their forces and moments.
+    pub records: GrainRecordsMut<'a>,
     /// First pair of the contact histories.
     pub pair: usize,
     /// Contact histories.
@@ -91,14 +93,14 @@ pub struct ForceAccumulators<'a, const D: usize, const R: usize> {
 impl<'a, const D: usize, const R: usize> ForceAccumulators<'a, D, R> {
     /// Splits the accumulators before a grain, a pair and a slab.
     fn split_at(self, grain: usize, pair: usize, slab: usize) -> (Self, Self) {
-        let (forces, more_received) = self.forces.split_at_mut(grain - self.first);
+        let (records, more_records) = self.records.split_at(grain - self.first);
         let (history, more_memory) = self.history.split_at(pair - self.pair);
         let (slab_energies, more_tallies) = self.energies.split_at_mut(slab - self.slab);
         (
-            Self { forces, history, energies: slab_energies, ..self },
+            Self { records, history, energies: slab_energies, ..self },
             Self {
                 first: grain,
-                forces: more_received,
+                records: more_records,
                 pair,
                 history: more_memory,
                 slab,
@@ -129,7 +131,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
             growth: 0.0,
             kernel: ForceKernel::Scalar,
             plane_kernel: ForceKernel::Scalar,
-            records: (&[], &[]),
+            motions: &[],
         }
     }
 
@@ -239,8 +241,9 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
                     levers[0][c] += contact.moment[c] * (1.0 / r);
                     levers[1][c] -= contact.moment[c] * (1.0 / self.radius[j]);
                 }
-                accumulators.forces[i - accumulators.first].add_force(&on, &levers[0]);
-                accumulators.forces[j - accumulators.first].add_force(&on.map(|f| -f), &levers[1]);
+                let forces = &mut *accumulators.records.forces;
+                forces[i - accumulators.first].add_force(&on, &levers[0]);
+                forces[j - accumulators.first].add_force(&on.map(|f| -f), &levers[1]);
                 for a in 0..D {
                     for b in 0..D {
                         virial[a][b] -= on[a] * apart[b];
@@ -291,27 +294,45 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         (in_contact || bonded).then_some(contact)
     }
 
-    /// Adds the forces of slabs of one parity, which share no grain. Group `g` consists of the slab `2 g + parity` and the next one.
-    fn coloured_slabs(
+    /// Adds the forces of slabs in two passes, between which all threads wait. A grain receives the forces of the pairs of an even slab
+    /// first, then those of an odd one. Group `g` consists of the slabs `2 g` and `2 g + 1`, and a task of up to `task` groups. The
+    /// first pass, 0, takes all slabs of a task but the last: each even slab, then the odd one before it, while the records of their
+    /// grains, which are set just before, are in the cache. The last slab shares grains with the next task, and is taken in the second
+    /// pass, 1.
+    fn slab_forces(
         &self,
         lists: SlabPairs<'_>,
-        groups: Range<usize>,
-        parity: usize,
+        (groups, task): (Range<usize>, usize),
+        pass: usize,
         mut accumulators: ForceAccumulators<'_, D, R>,
     ) {
-        if groups.len() > 1 {
+        if groups.len() > task {
             let middle = groups.start + groups.len() / 2;
-            let slab = 2 * middle + parity;
+            let slab = 2 * middle + pass;
             let grain = lists.slabs[slab] as usize;
             let (left, right) = accumulators.split_at(grain, lists.pairs.row_offsets[grain] as usize, slab);
             rayon::join(
-                || self.coloured_slabs(lists, groups.start..middle, parity, left),
-                || self.coloured_slabs(lists, middle..groups.end, parity, right),
+                || self.slab_forces(lists, (groups.start..middle, task), pass, left),
+                || self.slab_forces(lists, (middle..groups.end, task), pass, right),
             );
-        } else if let Some(group) = groups.into_iter().next() {
-            let slab = 2 * group + parity;
+            return;
+        }
+        let add = |accumulators: &mut ForceAccumulators<'_, D, R>, slab: usize| {
             let rows = lists.slabs[slab] as usize..lists.slabs[slab + 1] as usize;
-            self.pair_forces((lists.pairs, &lists.active_pairs[slab]), rows, &mut accumulators, slab);
+            self.pair_forces((lists.pairs, &lists.active_pairs[slab]), rows, accumulators, slab);
+        };
+        let (last, slabs) = (2 * groups.end - 1, lists.active_pairs.len());
+        if pass == 1 {
+            (last < slabs).then(|| add(&mut accumulators, last));
+            return;
+        }
+        for group in groups.clone() {
+            let ends = [2 * group, (2 * group + 2).min(slabs)].map(|slab| lists.slabs[slab] as usize);
+            let [first, end] = ends.map(|grain| grain - accumulators.first);
+            let (records, _) = accumulators.records.reborrow().split_at(end);
+            self.fill_records(ends[0]..ends[1], records.split_at(first).1);
+            add(&mut accumulators, 2 * group);
+            (group > groups.start).then(|| add(&mut accumulators, 2 * group - 1));
         }
     }
 
@@ -319,7 +340,7 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
     pub fn contacts(
         &self,
         lists: &mut VerletLists<D, R>,
-        forces: &mut [ForceTorque],
+        records: &mut GrainRecords,
         slab_energies: &mut [(ContactEnergies, Virial<D>)],
     ) {
         let slabs = lists.slab_count();
@@ -328,22 +349,24 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         let active = &lists.active_pairs;
         let lists = SlabPairs { pairs, slabs: &lists.slabs, active_pairs: &active.slabs };
         let (of_slabs, of_periodic) = slab_energies.split_at_mut(slabs);
-        for parity in 0..2 {
-            let groups = 0..(slabs + 1 - parity) / 2;
+        let groups = slabs.div_ceil(2);
+        let threads = rayon::current_num_threads();
+        let task = if threads == 1 { groups } else { groups.div_ceil(TASKS_PER_THREAD * threads) };
+        for pass in 0..if groups > 0 { 2 } else { 0 } {
             let accumulators = ForceAccumulators {
                 first: 0,
-                forces: &mut *forces,
+                records: records.view(),
                 pair: 0,
                 history: histories.reborrow(),
                 slab: 0,
                 energies: &mut *of_slabs,
             };
-            self.coloured_slabs(lists, groups, parity, accumulators);
+            self.slab_forces(lists, (0..groups, task), pass, accumulators);
         }
         if !periodic_pairs.second.is_empty() {
             let mut accumulators = ForceAccumulators {
                 first: 0,
-                forces,
+                records: records.view(),
                 pair: 0,
                 history: periodic_histories,
                 slab: 0,

@@ -1,5 +1,7 @@
 //! Records of grains and laws for the SIMD contact kernels.
 
+use std::ops::Range;
+
 use wide::f64x4 as Lanes;
 
 use crate::config::SpringReset;
@@ -7,7 +9,8 @@ use crate::contact::hertz::Hertz;
 use crate::contact::linear_spring::LinearSpring;
 use crate::contact::rolling_resistance::RollingResistance;
 use crate::contact::{ContactBody, NormalForceLaw, PairLaw};
-use crate::points::grains::{GrainView, MIN_GRAINS_PER_TASK};
+use crate::force_loop::ContactInput;
+use crate::points::grains::MIN_GRAINS_PER_TASK;
 use crate::points::vector::WIDTH;
 
 /// Grain data of the SIMD kernels.
@@ -17,6 +20,8 @@ pub struct GrainRecords {
     pub position_and_radius: Vec<Lanes>,
     /// Motion of each grain.
     pub motion: Vec<GrainMotion>,
+    /// Force and moment of each grain.
+    pub forces: Vec<ForceTorque>,
 }
 
 /// Velocity, inverse mass and spin of a grain, in one cache line. The inverse mass is zero for a grain with prescribed motion. In the plane
@@ -147,38 +152,68 @@ impl ForceKernel {
     }
 }
 
-/// Records of all grains, with zero forces.
-pub fn grain_records<const D: usize, const R: usize>(
-    grains: GrainView<'_, D, R>,
-    (velocity, spin): (&[[f64; D]], &[[f64; R]]),
-    (out, received): (&mut GrainRecords, &mut Vec<ForceTorque>),
-) {
-    use rayon::prelude::*;
-    let GrainView { position, mass, radius, is_held, .. } = grains;
-    out.position_and_radius.resize(mass.len(), Lanes::ZERO);
-    out.motion.resize(mass.len(), GrainMotion::default());
-    received.resize(mass.len(), ForceTorque::default());
-    let blocks = out
-        .position_and_radius
-        .par_chunks_mut(MIN_GRAINS_PER_TASK)
-        .zip(out.motion.par_chunks_mut(MIN_GRAINS_PER_TASK));
-    blocks.zip(received.par_chunks_mut(MIN_GRAINS_PER_TASK)).enumerate().for_each(
-        |(block, ((places, motions), received))| {
-            received.fill(ForceTorque::default());
-            for (i, (place, motion)) in (block * MIN_GRAINS_PER_TASK..).zip(places.iter_mut().zip(motions)) {
-                let inverse = if is_held[i] { 0.0 } else { 1.0 / mass[i] };
-                let (x, v, w) = (&position[i], &velocity[i], &spin[i]);
-                if D == 3 {
-                    *place = Lanes::new([x[0], x[1], x[2], radius[i]]);
-                    motion.velocity = Lanes::new([v[0], v[1], v[2], inverse]);
-                    motion.spin = Lanes::new([w[0], w[1], w[2], 0.0]);
-                } else {
-                    *place = Lanes::new([x[0], x[1], 0.0, radius[i]]);
-                    motion.velocity = Lanes::new([v[0], v[1], w[0], inverse]);
-                }
+impl GrainRecords {
+    /// Resizes the records to a number of grains. New records are zero until [`ContactInput::fill_records`] sets them.
+    pub fn resize(&mut self, count: usize) {
+        self.position_and_radius.resize(count, Lanes::ZERO);
+        self.motion.resize(count, GrainMotion::default());
+        self.forces.resize(count, ForceTorque::default());
+    }
+
+    /// Mutable view of all records.
+    pub fn view(&mut self) -> GrainRecordsMut<'_> {
+        let Self { position_and_radius, motion, forces } = self;
+        GrainRecordsMut { position_and_radius, motion, forces }
+    }
+}
+
+/// Mutable view of the records of a range of grains.
+pub struct GrainRecordsMut<'a> {
+    /// Positions and radii.
+    pub position_and_radius: &'a mut [Lanes],
+    /// Motions.
+    pub motion: &'a mut [GrainMotion],
+    /// Forces and moments.
+    pub forces: &'a mut [ForceTorque],
+}
+
+impl GrainRecordsMut<'_> {
+    /// Reborrows the view.
+    pub fn reborrow(&mut self) -> GrainRecordsMut<'_> {
+        let Self { position_and_radius, motion, forces } = self;
+        GrainRecordsMut { position_and_radius, motion, forces }
+    }
+
+    /// Splits the view before the grain with index `at`.
+    pub fn split_at(self, at: usize) -> (Self, Self) {
+        let (a, b) = self.position_and_radius.split_at_mut(at);
+        let (c, d) = self.motion.split_at_mut(at);
+        let (e, f) = self.forces.split_at_mut(at);
+        (
+            Self { position_and_radius: a, motion: c, forces: e },
+            Self { position_and_radius: b, motion: d, forces: f },
+        )
+    }
+}
+
+impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
+    /// Sets the records of a range of grains, with zero forces.
+    pub(super) fn fill_records(&self, grains: Range<usize>, records: GrainRecordsMut<'_>) {
+        records.forces.fill(ForceTorque::default());
+        let records = records.position_and_radius.iter_mut().zip(records.motion);
+        for (i, (place, motion)) in grains.zip(records) {
+            let inverse = if self.is_held[i] { 0.0 } else { 1.0 / self.mass[i] };
+            let (x, v, w) = (&self.position[i], &self.velocity[i], &self.spin[i]);
+            if D == 3 {
+                *place = Lanes::new([x[0], x[1], x[2], self.radius[i]]);
+                motion.velocity = Lanes::new([v[0], v[1], v[2], inverse]);
+                motion.spin = Lanes::new([w[0], w[1], w[2], 0.0]);
+            } else {
+                *place = Lanes::new([x[0], x[1], 0.0, self.radius[i]]);
+                motion.velocity = Lanes::new([v[0], v[1], w[0], inverse]);
             }
-        },
-    );
+        }
+    }
 }
 
 /// Motion of four grains as contact bodies.
@@ -200,6 +235,32 @@ pub fn contact_bodies<const D: usize, const R: usize>(
 /// Contact laws of four contacts, one in each SIMD lane.
 #[derive(Clone, Copy)]
 pub struct SimdLaws {
+    /// Laws along the normals.
+    pub normal: SimdNormalLaws,
+    /// Laws of friction and of resistance to rolling and torsion.
+    pub friction: SimdFrictionLaws,
+}
+
+impl SimdLaws {
+    /// Gathers the laws of four pairs, one in each SIMD lane.
+    pub fn gather(laws: [&PairLaw; WIDTH]) -> Self {
+        Self { normal: SimdNormalLaws::gather(laws), friction: SimdFrictionLaws::gather(laws) }
+    }
+}
+
+/// Number in the laws of four contacts, one in each SIMD lane.
+fn lanes(laws: [&PairLaw; WIDTH], of: &dyn Fn(&PairLaw) -> f64) -> Lanes {
+    Lanes::new(laws.map(of))
+}
+
+/// Mask of those of four contacts whose law has a property.
+fn mask(laws: [&PairLaw; WIDTH], of: &dyn Fn(&PairLaw) -> bool) -> Lanes {
+    lanes(laws, &|law| f64::from(u8::from(of(law)))).simd_gt(Lanes::ZERO)
+}
+
+/// Normal laws of four contacts, one in each SIMD lane.
+#[derive(Clone, Copy)]
+pub struct SimdNormalLaws {
     /// Linear normal law; zero for pairs with another law.
     pub linear: LinearSpring<Lanes>,
     /// Hertz law; zero for pairs with another law.
@@ -208,6 +269,11 @@ pub struct SimdLaws {
     pub no_tension: Lanes,
     /// Lag of the velocities in the dashpots over half a step: 1 for lagged, 0 for predicted velocities.
     pub lag: Lanes,
+}
+
+/// Laws of friction and of resistance to rolling and torsion of four contacts, one in each SIMD lane.
+#[derive(Clone, Copy)]
+pub struct SimdFrictionLaws {
     /// Sliding friction coefficient.
     pub coefficient: Lanes,
     /// Friction coefficient at rest.
@@ -218,26 +284,19 @@ pub struct SimdLaws {
     pub resistance: [(RollingResistance<Lanes>, Lanes); 2],
 }
 
-impl SimdLaws {
-    /// Gathers the laws of four pairs, one in each SIMD lane.
+impl SimdNormalLaws {
+    /// Gathers the normal laws of four pairs, one in each SIMD lane.
     pub fn gather(laws: [&PairLaw; WIDTH]) -> Self {
-        let lane = |of: &dyn Fn(&PairLaw) -> f64| Lanes::new(laws.map(of));
-        let mask =
-            |of: &dyn Fn(&PairLaw) -> bool| lane(&|law| f64::from(u8::from(of(law)))).simd_gt(Lanes::ZERO);
         let linear = |of: fn(&LinearSpring) -> f64| {
-            lane(&|law| if let NormalForceLaw::Linear(linear) = &law.normal { of(linear) } else { 0.0 })
+            let own = |law: &PairLaw| {
+                if let NormalForceLaw::Linear(linear) = &law.normal { of(linear) } else { 0.0 }
+            };
+            lanes(laws, &own)
         };
         let hertz = |of: fn(&Hertz) -> f64| {
-            lane(&|law| if let NormalForceLaw::Hertz(hertz) = &law.normal { of(hertz) } else { 0.0 })
-        };
-        let resistance = |of: fn(&PairLaw) -> &Option<RollingResistance>| {
-            let part = |part: fn(&RollingResistance) -> f64| lane(&|law| of(law).as_ref().map_or(0.0, part));
-            let all = RollingResistance {
-                friction: part(|own| own.friction),
-                stiffness: part(|own| own.stiffness),
-                damping_ratio: part(|own| own.damping_ratio),
-            };
-            (all, mask(&|law| of(law).is_some()))
+            let own =
+                |law: &PairLaw| if let NormalForceLaw::Hertz(hertz) = &law.normal { of(hertz) } else { 0.0 };
+            lanes(laws, &own)
         };
         Self {
             linear: LinearSpring {
@@ -256,11 +315,29 @@ impl SimdLaws {
                 tangential_damping: hertz(|law| law.tangential_damping),
                 tangential_stiffness_root: hertz(|law| law.tangential_stiffness_root),
             },
-            no_tension: mask(&|law| law.no_tension),
-            lag: lane(&|law| law.velocity_lag),
-            coefficient: lane(&|law| law.friction.coefficient),
-            at_rest: lane(&|law| law.friction.at_rest),
-            spring: mask(&|law| law.friction.reset == SpringReset::Spring),
+            no_tension: mask(laws, &|law| law.no_tension),
+            lag: lanes(laws, &|law| law.velocity_lag),
+        }
+    }
+}
+
+impl SimdFrictionLaws {
+    /// Gathers the laws of friction and resistance of four pairs, one in each SIMD lane.
+    pub fn gather(laws: [&PairLaw; WIDTH]) -> Self {
+        let resistance = |of: fn(&PairLaw) -> &Option<RollingResistance>| {
+            let part =
+                |part: fn(&RollingResistance) -> f64| lanes(laws, &|law| of(law).as_ref().map_or(0.0, part));
+            let all = RollingResistance {
+                friction: part(|own| own.friction),
+                stiffness: part(|own| own.stiffness),
+                damping_ratio: part(|own| own.damping_ratio),
+            };
+            (all, mask(laws, &|law| of(law).is_some()))
+        };
+        Self {
+            coefficient: lanes(laws, &|law| law.friction.coefficient),
+            at_rest: lanes(laws, &|law| law.friction.at_rest),
+            spring: mask(laws, &|law| law.friction.reset == SpringReset::Spring),
             resistance: [resistance(|law| &law.rolling), resistance(|law| &law.torsion)],
         }
     }

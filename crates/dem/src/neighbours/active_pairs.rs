@@ -14,6 +14,9 @@ use crate::points::vector::{WIDTH, difference, dot};
 /// Smallest gap up to which pairs are active, as a fraction of the list margin.
 const MIN_GAP_FRACTION: f64 = 1.0 / 16.0;
 
+/// Gap up to which pairs are active over the present approach of the grains.
+const REACH_FACTOR: f64 = 4.0;
+
 /// Factor below one as margin for round-off in sums of displacements.
 const ROUND_OFF_FACTOR: f64 = 1.0 - 1e-9;
 
@@ -109,9 +112,9 @@ impl<const D: usize, const R: usize> VerletLists<D, R> {
         if self.active_pairs.valid_approach.is_some_and(|reach| closer < ROUND_OFF_FACTOR * reach) {
             return;
         }
-        // Twice the present approach, so that few selections are made when displacements grow steadily.
-        let doubled = (2.0 * closer).max(MIN_GAP_FRACTION * skin);
-        let reach = if doubled < skin && shifts.is_some() { doubled } else { f64::INFINITY };
+        // A multiple of the present approach, so that few selections are made when displacements grow steadily.
+        let ahead = (REACH_FACTOR * closer).max(MIN_GAP_FRACTION * skin);
+        let reach = if ahead < skin && shifts.is_some() { ahead } else { f64::INFINITY };
         let near = |i: usize, j: usize, code: usize| {
             let mut apart = difference(&grains.listed_position[i], &grains.listed_position[j]);
             if let (Some(shifts), true) = (shifts, code > 0) {
@@ -171,13 +174,13 @@ mod tests {
     fn pairs_that_can_meet_within_the_allowed_approach_are_active() {
         let (mut grains, mut lists, mut random) = random_grains();
         let listed = lists.slab_pairs.second.len();
-        for closer in [0.0, 0.01, 0.04, 0.1, 0.2, SKIN] {
+        for closer in [0.0, 0.01, 0.02, 0.09, 0.2, SKIN] {
             lists.select_active(&grains, Some(&[]), closer, SKIN);
             let chosen = selected_pairs(&lists);
             assert!(chosen.is_sorted());
             assert_eq!(
                 chosen.len() == listed,
-                2.0 * closer >= SKIN,
+                REACH_FACTOR * closer >= SKIN,
                 "{closer}: {} of {listed}",
                 chosen.len()
             );

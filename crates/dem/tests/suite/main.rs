@@ -9,6 +9,7 @@ mod controlled_stress;
 mod determinism;
 mod examples;
 mod fabric;
+mod grain_order;
 mod granular_cell;
 mod measuring_regions;
 mod moving_obstacles;

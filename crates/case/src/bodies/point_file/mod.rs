@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::description::{Body, InitialStress, PointFile, PorePressure, Space, Velocity};
 use crate::files::decimal_sum::relative_to_origin;
 use crate::files::json::closest;
-use crate::{Case, CaseError, CaseErrorKind, ColumnFile, ColumnRow, Quantity};
+use crate::{Case, CaseError, CaseErrorKind, ColumnFile, Quantity};
 use colluvium_constitutive::SymTensor;
 use colluvium_points::{Sample, Shape};
 
@@ -192,9 +192,8 @@ impl Case {
             grains: GrainColumns::empty_like(&columns),
             ..PointList::default()
         };
-        for record in table.rows() {
-            let ColumnRow { line, cells } = record?;
-            let row = PointFileRow { line, record: &cells, table: &table };
+        table.visit_rows(|line, cells| {
+            let row = PointFileRow { line, record: cells, table: &table };
             let [x, velocity] =
                 [&COORDINATE_COLUMNS, &PointList::VELOCITY].map(|names| row.numbers(&columns, names));
             let (mut x, velocity) = (x?, velocity?);
@@ -220,7 +219,8 @@ impl Case {
             let pressure = row.number(&columns, PointList::PORE_PRESSURE)?;
             list.pore_pressures.iter_mut().for_each(|all| all.push(pressure));
             rows.push(row.line);
-        }
+            Ok::<(), CaseErrorKind>(())
+        })?;
         if rows.is_empty() {
             return Err(CaseErrorKind::coded("empty-body", "contains no points"));
         }
@@ -356,7 +356,7 @@ impl PointFileRow<'_> {
     /// Number in a column, in SI units; zero without such a column.
     fn number(&self, columns: &PointFileColumns, name: &str) -> Result<f64, String> {
         let Some(column) = columns.column_index(name) else { return Ok(0.0) };
-        let text = &self.record[column];
+        let text = self.record[column].trim();
         match self.table.number(text) {
             Some(value) => Ok(value * columns.factors[column]),
             None => Err(format!("line {}, column {name:?}: {text:?} is not a finite number", self.line)),
@@ -397,7 +397,7 @@ impl PointFileRow<'_> {
 
     /// Text in a column; empty without such a column.
     fn text(&self, columns: &PointFileColumns, name: &str) -> &str {
-        columns.column_index(name).map_or("", |column| &self.record[column])
+        columns.column_index(name).map_or("", |column| self.record[column].trim())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use wide::f64x4 as Lanes;
 
-use crate::contact::ContactGeometry;
+use crate::contact::{ContactGeometry, NormalResponse};
 use crate::neighbours::active_pairs::ActivePair;
 use crate::points::vector::WIDTH;
 
@@ -28,6 +28,17 @@ pub(super) struct FourContacts<const D: usize, const R: usize> {
     pub(super) shear_displacement: [Lanes; R],
     /// Dissipative part of the normal force in the last step (N).
     pub(super) damping_force: Lanes,
+    /// Normal forces with their tangential stiffnesses.
+    pub(super) normal: SimdNormalForce,
+}
+
+/// Normal forces of four contacts.
+#[derive(Clone, Copy)]
+pub(super) struct SimdNormalForce {
+    /// Elastic force with its energy, damping and tangential stiffness.
+    pub(super) response: NormalResponse<Lanes>,
+    /// Normal force (N).
+    pub(super) force: Lanes,
 }
 
 impl<const D: usize, const R: usize> FourContacts<D, R> {
@@ -43,6 +54,7 @@ impl<const D: usize, const R: usize> FourContacts<D, R> {
                 relative_spin: [zero; R],
                 spin: zero,
                 mass: zero,
+                inverse_mass: zero,
                 radius: zero,
                 min_radius: zero,
             },
@@ -51,6 +63,16 @@ impl<const D: usize, const R: usize> FourContacts<D, R> {
             radii: [zero; 2],
             shear_displacement: [zero; R],
             damping_force: zero,
+            normal: SimdNormalForce {
+                response: NormalResponse {
+                    force: zero,
+                    energy: zero,
+                    damping: zero,
+                    tangential_stiffness: zero,
+                    tangential_damping: zero,
+                },
+                force: zero,
+            },
         }
     };
 }

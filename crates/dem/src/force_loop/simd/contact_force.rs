@@ -5,8 +5,8 @@ use wide::f64x4 as Lanes;
 use crate::contact::contact_histories::ContactHistoriesMut;
 use crate::contact::dashpot::StepLengths;
 use crate::contact::{ContactEnergies, ContactGeometry, ContactState, NormalResponse, dashpot};
-use crate::force_loop::simd::batch::{ContactBatch, FourContacts};
-use crate::force_loop::simd_records::{ForceTorque, SimdLaws};
+use crate::force_loop::simd::batch::{ContactBatch, FourContacts, SimdNormalForce};
+use crate::force_loop::simd_records::{ForceTorque, SimdFrictionLaws, SimdNormalLaws};
 use crate::force_loop::{ContactInput, Virial};
 use crate::points::vector::{WIDTH, add, dot, from_tangential, moment, scaled};
 
@@ -75,11 +75,8 @@ impl<const D: usize> ContactSums<D> {
 pub(super) struct SimdForce<const D: usize, const R: usize> {
     /// Force on the first grain (N); zero for unused lanes.
     pub(super) force: [Lanes; D],
-    /// Tangential force in tangent coordinates (N); the next field is the normal force.
+    /// Tangential force in tangent coordinates (N).
     pub(super) tangential: [Lanes; R],
-    normal: Lanes,
-    /// Normal force with its energy, damping and tangential stiffness.
-    pub(super) normal_response: NormalResponse<Lanes>,
     /// Normal force that friction and rolling resistance scale with (N).
     pub(super) cap: Lanes,
     /// Mask of the used contacts that overlap, and its bits.
@@ -109,34 +106,45 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         ContactOutput { forces: self.forces, history, account: self.account, first: self.first }
     }
 
+    /// Normal forces of four contacts.
+    #[inline(always)]
+    pub(super) fn normal_force<const HERTZ: bool>(
+        &self,
+        geometry: &ContactGeometry<D, R, Lanes>,
+        laws: &SimdNormalLaws,
+        slots: &[usize; WIDTH],
+        steps: &StepLengths<Lanes>,
+    ) -> SimdNormalForce {
+        let mut response = if HERTZ { laws.hertz.response(geometry) } else { laws.linear.response(geometry) };
+        response.damping = self.dashpots::<HERTZ>(&response, geometry, laws, slots, steps);
+        let viscous = response.force - response.damping * geometry.separation_velocity;
+        let force = (laws.no_tension & viscous.simd_lt(Lanes::ZERO)).bitselect(Lanes::ZERO, viscous);
+        SimdNormalForce { response, force }
+    }
+
     /// Forces of four contacts on their first grains, of which the first `valid` are used; the tangential springs are stored.
     #[inline(always)]
     pub(super) fn force<const HERTZ: bool>(
         &mut self,
-        geometry: &ContactGeometry<D, R, Lanes>,
+        (geometry, normal): (&ContactGeometry<D, R, Lanes>, &SimdNormalForce),
         (shear_displacement, damping_force): ([Lanes; R], Lanes),
-        laws: &SimdLaws,
+        laws: &SimdFrictionLaws,
         (grains, slots): ([u32; WIDTH], &[usize; WIDTH]),
-        (valid, steps): (usize, StepLengths<Lanes>),
+        (valid, last_step): (usize, Lanes),
     ) -> SimdForce<D, R> {
-        let mut normal_response =
-            if HERTZ { laws.hertz.response(geometry) } else { laws.linear.response(geometry) };
+        let SimdNormalForce { response, force: normal } = *normal;
         let lane = Lanes::new([0.0, 1.0, 2.0, 3.0]);
         let in_contact = geometry.overlap.simd_gt(Lanes::ZERO) & lane.simd_lt(Lanes::splat(valid as f64));
-        normal_response.damping =
-            self.dashpots::<HERTZ>(&normal_response, geometry, laws, slots, (in_contact, &steps));
-        let viscous = normal_response.force - normal_response.damping * geometry.separation_velocity;
-        let normal = (laws.no_tension & viscous.simd_lt(Lanes::ZERO)).bitselect(Lanes::ZERO, viscous);
-        let dissipative = normal - normal_response.force;
+        let dissipative = normal - response.force;
         let sums = &mut self.account.sums;
         sums.normal_power += in_contact & ((damping_force + dissipative) * geometry.separation_velocity);
-        sums.elastic += in_contact & normal_response.energy;
+        sums.elastic += in_contact & response.energy;
         let cap = normal.fast_max(Lanes::ZERO);
         let (tangential, shear_displacement) = self.tangential_force::<HERTZ>(
             laws,
             geometry,
-            &normal_response,
-            (cap, steps.last),
+            &response,
+            (cap, last_step),
             (shear_displacement, in_contact),
         );
         let bits = in_contact.to_bitmask();
@@ -144,15 +152,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         let mut on: [Lanes; D] = from_tangential(&tangential, &geometry.normal);
         add(&mut on, normal, &geometry.normal);
         self.count(geometry, &on, (grains, bits), in_contact);
-        SimdForce {
-            force: on.map(|f| in_contact & f),
-            tangential,
-            normal,
-            normal_response,
-            cap,
-            in_contact,
-            bits,
-        }
+        SimdForce { force: on.map(|f| in_contact & f), tangential, cap, in_contact, bits }
     }
 
     /// Normal dashpots of four contacts in the step (N s/m).
@@ -161,11 +161,12 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         &self,
         base: &NormalResponse<Lanes>,
         geometry: &ContactGeometry<D, R, Lanes>,
-        laws: &SimdLaws,
+        laws: &SimdNormalLaws,
         slots: &[usize; WIDTH],
-        (in_contact, steps): (Lanes, &StepLengths<Lanes>),
+        steps: &StepLengths<Lanes>,
     ) -> Lanes {
-        let damping = dashpot::lagged_dashpot(base.damping, geometry.mass, laws.lag * steps.lag_step);
+        let in_contact = geometry.overlap.simd_gt(Lanes::ZERO);
+        let damping = dashpot::lagged_dashpot(base.damping, geometry.inverse_mass, laws.lag * steps.lag_step);
         let mut all = damping;
         let approach = -geometry.separation_velocity * steps.last;
         if (in_contact & (approach + approach).simd_gt(geometry.overlap)).any() {
@@ -175,9 +176,14 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
             all = Lanes::new(is_new).simd_gt(Lanes::ZERO).bitselect(onset, damping);
         }
         if !laws.no_tension.all() {
-            let release =
-                dashpot::release_dashpot(&NormalResponse { damping: all, ..*base }, geometry, steps, HERTZ);
-            all = laws.no_tension.bitselect(all, release);
+            let damped = NormalResponse { damping: all, ..*base };
+            // All other contacts persist, with the dashpot unchanged.
+            let ends = dashpot::opening(&damped, geometry, steps).simd_gt(geometry.overlap)
+                & geometry.separation_velocity.simd_gt(Lanes::ZERO);
+            if (in_contact & ends).any() {
+                let release = dashpot::release_dashpot(&damped, geometry, steps, HERTZ);
+                all = laws.no_tension.bitselect(all, release);
+            }
         }
         all
     }
@@ -189,26 +195,25 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
         batch: &ContactBatch<D, R>,
         group: usize,
         (input, periodic): (&ContactInput<'_, D, R>, bool),
-        laws: &SimdLaws,
+        laws: &SimdFrictionLaws,
         valid: usize,
     ) -> u32 {
         let pairs = batch.pairs(group);
         let slots = pairs.map(|pair| pair.slot as usize);
-        let FourContacts { geometry, lever_arm, apart, radii, shear_displacement, damping_force } =
+        let FourContacts { geometry, lever_arm, apart, radii, shear_displacement, damping_force, normal } =
             &batch.groups[group];
         let dt = Lanes::splat(input.dt);
         let firsts = pairs.each_ref().map(|pair| pair.first);
-        let SimdForce { force, tangential, normal, normal_response, cap, in_contact, bits } = self
-            .force::<HERTZ>(
-                geometry,
-                (*shear_displacement, *damping_force),
-                laws,
-                (firsts, &slots),
-                (valid, input.simd_steps()),
-            );
+        let SimdForce { force, tangential, cap, in_contact, bits } = self.force::<HERTZ>(
+            (geometry, normal),
+            (*shear_displacement, *damping_force),
+            laws,
+            (firsts, &slots),
+            (valid, dt),
+        );
         if input.growth != 0.0 {
             let sum = geometry.overlap + dot(apart, apart).sqrt();
-            self.account.sums.boundary += in_contact & (normal * Lanes::splat(input.growth) * sum * dt);
+            self.account.sums.boundary += in_contact & (normal.force * Lanes::splat(input.growth) * sum * dt);
         }
         if periodic {
             let [_, velocity] = input.images(pairs);
@@ -219,7 +224,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
             scaled(-*lever_arm, &moment(&geometry.normal, &tangential)).map(|own: Lanes| in_contact & own);
         let resistance = TURNS.then(|| {
             let turned =
-                self.rolling_moments(laws, geometry, &normal_response, (cap, dt), (&slots, in_contact));
+                self.rolling_moments(laws, geometry, &normal.response, (cap, dt), (&slots, in_contact));
             let [a, b] = radii.map(|radius| Lanes::ONE / radius);
             [scaled(a, &turned), scaled(b, &turned).map(|own| -own)]
         });

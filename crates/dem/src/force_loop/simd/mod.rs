@@ -16,8 +16,10 @@ use wide::f64x4 as Lanes;
 
 use crate::contact::contact_histories::{PairListView, SPRING_WIDTH};
 use crate::contact::dashpot::StepLengths;
-use crate::contact::{ContactGeometry, ContactState, release_contact};
-use crate::force_loop::simd_records::{GrainMotion, SimdLaws, contact_bodies};
+use crate::contact::{ContactGeometry, ContactState, PairLaw, release_contact};
+use crate::force_loop::simd_records::{
+    GrainMotion, SimdFrictionLaws, SimdLaws, SimdNormalLaws, contact_bodies,
+};
 use crate::force_loop::{ContactInput, ForceAccumulators};
 use crate::neighbours::active_pairs::{ActivePair, ActivePairs as Close};
 use crate::points::vector::{WIDTH, difference, dot, rotate_with_normal};
@@ -48,14 +50,19 @@ impl<'a, const D: usize, const R: usize> ContactInput<'a, D, R> {
         let (first, pair) = (rows.start, pairs.row_offsets[rows.start] as usize);
         let (energies, virial) = accumulators.energies[slab - accumulators.slab];
         let (_, history) = accumulators.history.reborrow().split_at(pair - accumulators.pair);
-        let forces = &mut accumulators.forces[first - accumulators.first..];
+        let (_, records) = accumulators.records.reborrow().split_at(first - accumulators.first);
         let mut run = SimdPass {
             input: self,
-            positions: &self.records.0[first..],
-            motions: &self.records.1[first..],
+            positions: records.position_and_radius,
+            motions: records.motion,
             periodic: !pairs.image.is_empty(),
             batch: ContactBatch::EMPTY,
-            work: ContactOutput { forces, history, account: ContactSums::new(energies, virial), first },
+            work: ContactOutput {
+                forces: records.forces,
+                history,
+                account: ContactSums::new(energies, virial),
+                first,
+            },
         };
         for (pairs, count) in active.groups_of_four() {
             run.collect_contacts::<HERTZ, TURNS>(pairs, count, common.as_ref());
@@ -171,25 +178,32 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
             let own = &mut self.batch.groups[group];
             (own.shear_displacement, own.damping_force) = (shear_displacement, damping_force);
         }
+        // One copy of the laws, common or not.
+        let mut laws = common.copied().unwrap_or_else(|| SimdLaws::gather([&self.input.laws[0]; WIDTH]));
+        let steps = self.input.simd_steps();
         for group in 0..groups {
             rotate_springs(&mut self.batch, group, self.input.dt);
+            if common.is_none() {
+                let first = self.work.first;
+                laws.normal = SimdNormalLaws::gather(pair_laws(self.input, &self.batch, group, first));
+            }
+            let slots = self.batch.pairs(group).map(|pair| pair.slot as usize);
+            let own = &mut self.batch.groups[group];
+            own.normal = self.work.normal_force::<HERTZ>(&own.geometry, &laws.normal, &slots, &steps);
         }
         let mut work = self.work.reborrow();
         let mut apart = 0u64;
-        // One copy of the laws, common or not.
-        let mut laws = common.copied().unwrap_or_else(|| SimdLaws::gather([&self.input.laws[0]; WIDTH]));
         for group in 0..groups {
             let valid = (count - WIDTH * group).min(WIDTH);
             if common.is_none() {
-                let grains = |pair: &ActivePair| [pair.first, pair.second].map(|i| work.first + i as usize);
-                let law = |pair: &ActivePair| self.input.law(grains(pair)[0], grains(pair)[1]);
-                laws = SimdLaws::gather(self.batch.pairs(group).each_ref().map(law));
+                laws.friction =
+                    SimdFrictionLaws::gather(pair_laws(self.input, &self.batch, group, work.first));
             }
             let bits = work.contact_forces::<HERTZ, TURNS>(
                 &self.batch,
                 group,
                 (self.input, self.periodic),
-                &laws,
+                &laws.friction,
                 valid,
             );
             apart |= u64::from(!bits & ((1 << valid) - 1)) << (WIDTH * group);
@@ -208,6 +222,17 @@ impl<const D: usize, const R: usize> SimdPass<'_, '_, D, R> {
         }
         self.batch.count -= count;
     }
+}
+
+/// Contact laws of four contacts, whose grains are numbered from grain `first`.
+fn pair_laws<'a, const D: usize, const R: usize>(
+    input: &ContactInput<'a, D, R>,
+    batch: &ContactBatch<D, R>,
+    group: usize,
+    first: usize,
+) -> [&'a PairLaw; WIDTH] {
+    let of = |pair: &ActivePair| input.law(first + pair.first as usize, first + pair.second as usize);
+    batch.pairs(group).each_ref().map(of)
 }
 
 /// Finds the contact geometry of four contacts.
@@ -234,6 +259,7 @@ fn contact_geometry<const D: usize, const R: usize, const TURNS: bool>(
         relative_spin: turning,
         spin,
         mass,
+        inverse_mass,
         radius,
         min_radius: small,
     } = geometry;
@@ -245,7 +271,8 @@ fn contact_geometry<const D: usize, const R: usize, const TURNS: bool>(
     }
     (own.geometry.overlap, own.geometry.normal, own.geometry.separation_velocity) =
         (overlap, normal, separation);
-    (own.geometry.sliding_velocity, own.geometry.spin, own.geometry.mass) = (sliding, spin, mass);
+    (own.geometry.sliding_velocity, own.geometry.spin) = (sliding, spin);
+    (own.geometry.mass, own.geometry.inverse_mass) = (mass, inverse_mass);
     (own.geometry.radius, own.geometry.min_radius, own.lever_arm) = (radius, small, arm);
 }
 

@@ -55,7 +55,7 @@ impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
     ) -> [PlaneForce<D, R>; WIDTH] {
         let lanes = |of: &dyn Fn(&PlaneContact<'_, D>) -> f64| Lanes::new(four.each_ref().map(of));
         let radius = lanes(&|own| self.radius[own.grain]);
-        let side = contact_bodies(four.each_ref().map(|own| &self.records.1[own.grain]), radius);
+        let side = contact_bodies(four.each_ref().map(|own| &self.motions[own.grain]), radius);
         let normal = std::array::from_fn(|c| lanes(&|own| own.nearest.1[c]));
         let velocity = std::array::from_fn(|c| lanes(&|own| own.velocity[c]));
         let mass = lanes(&|own| self.mass[own.grain]);
@@ -74,19 +74,20 @@ impl<const D: usize, const R: usize> ContactInput<'_, D, R> {
         };
         let mut work = ContactOutput { forces: &mut [], history, account: sums.0, first: 0 };
         let grains = four.each_ref().map(|own| own.grain as u32);
+        let response = work.normal_force::<HERTZ>(&geometry, &laws.normal, &slots, &self.simd_steps());
         let force = work.force::<HERTZ>(
-            &geometry,
+            (&geometry, &response),
             (shear_displacement, damping_force),
-            laws,
+            &laws.friction,
             (grains, &slots),
-            (WIDTH, self.simd_steps()),
+            (WIDTH, dt),
         );
         let lever: [Lanes; R] = scaled(-arm, &moment(&normal, &force.tangential));
         let resisted = if TURNS {
             work.rolling_moments(
-                laws,
+                &laws.friction,
                 &geometry,
-                &force.normal_response,
+                &response.response,
                 (force.cap, dt),
                 (&slots, force.in_contact),
             )

@@ -7,7 +7,7 @@ use crate::contact::coulomb_friction::{
 };
 use crate::contact::{ContactGeometry, NormalResponse, rolling_and_twisting};
 use crate::force_loop::simd::contact_force::ContactOutput;
-use crate::force_loop::simd_records::SimdLaws;
+use crate::force_loop::simd_records::SimdFrictionLaws;
 use crate::points::vector::{WIDTH, dot, rotate_with_normal, scaled};
 
 impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
@@ -15,7 +15,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
     #[inline(always)]
     pub(super) fn rolling_moments(
         &mut self,
-        laws: &SimdLaws,
+        laws: &SimdFrictionLaws,
         geometry: &ContactGeometry<D, R, Lanes>,
         base: &NormalResponse<Lanes>,
         (cap, dt): (Lanes, Lanes),
@@ -59,7 +59,7 @@ impl<const D: usize, const R: usize> ContactOutput<'_, D, R> {
     #[inline(always)]
     pub(super) fn tangential_force<const HERTZ: bool>(
         &mut self,
-        laws: &SimdLaws,
+        laws: &SimdFrictionLaws,
         geometry: &ContactGeometry<D, R, Lanes>,
         base: &NormalResponse<Lanes>,
         (cap, dt): (Lanes, Lanes),
