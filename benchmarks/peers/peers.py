@@ -81,6 +81,8 @@ class Other:
     environment: dict = field(default_factory=dict)
     pattern: dict = field(default_factory=dict)
     two_threads: dict = None
+    # A function of the output that gives the end state; by default the words of END_STATE are looked for.
+    end_state: object = None
 
     def measure(self, threads):
         runs = []
@@ -90,7 +92,10 @@ class Other:
                 environment.update(self.two_threads)
             command = ["bash", "-c", self.command.format(n=length, t=threads)]
             user, wall, text = execute(command, threads, WORK / self.folder, environment)
-            end = {m["key"]: list(map(float, m["values"].split())) for m in END_STATE.finditer(text)}
+            if self.end_state:
+                end = self.end_state(text)
+            else:
+                end = {m["key"]: list(map(float, m["values"].split())) for m in END_STATE.finditer(text)}
             counted = COUNTED.search(text)
             if counted:
                 seconds = float(counted["user" if threads == 1 else "wall"])

@@ -1,6 +1,6 @@
 """Settings that are measured: a run of this project, a run of another program, and the aim for their ratio."""
 
-import shutil
+import re
 import subprocess
 import sys
 
@@ -18,11 +18,17 @@ def write_cases(folder):
     if HELIX.exists():
         subprocess.run([sys.executable, ROOT / "avaframe" / "helix_case.py", HELIX, folder / "helix"], check=True)
     packings = WORK / "dem"
-    if not (packings / "loose.data").exists() and PYTHON.exists():
+    if PYTHON.exists() and not (packings / "dense80.json").exists():
         packings.mkdir(parents=True, exist_ok=True)
-        subprocess.run([PYTHON, ROOT / "dem" / "make.py"], cwd=packings, check=True)
-    if (packings / "loose.data").exists():
-        subprocess.run([PYTHON, ROOT / "dem" / "cases.py", packings, folder], check=True)
+        for script in ["make.py", "cases.py"]:
+            subprocess.run([PYTHON, ROOT / "dem" / script], cwd=packings, check=True)
+
+
+def last_row_of_lammps(text):
+    """End state of LAMMPS: the last row of its table of step, number, kinetic energy, mean height and contacts."""
+    numbers = "[-+0-9.e]+"
+    rows = re.findall(rf"^ *(\d+) +\d+ +({numbers}) +({numbers}) +{numbers} *$", text, re.MULTILINE)
+    return {"kinetic": [float(rows[-1][1])], "height": [float(rows[-1][2])]}
 
 
 def relative(a, b):
@@ -72,9 +78,10 @@ def lammps(packing, points, first, last, aim):
         name=f"DEM 3D {packing}, {points}, steps {first} to {last}",
         program="LAMMPS",
         aim=aim,
-        ours=Ours(f"dem-{packing}", "dem", last - first, warm_up=first),
-        other=Other(command, [first, last], folder="dem", points=points),
+        ours=Ours(f"../dem/{packing}", "dem", last - first, warm_up=first),
+        other=Other(command, [first, last], folder="dem", points=points, end_state=last_row_of_lammps),
         note="linear springs with history, walls likewise, fixed time step, skin of 0.001 m",
+        difference=lambda ours, other: relative(ours["centre"][2], other["height"][0]),
     )
 
 
@@ -122,6 +129,7 @@ SETTINGS = [
     lammps("loose", 10000, 0, 2000, 2.5),
     lammps("loose", 10000, 2000, 10000, 2),
     lammps("dense", 10648, 500, 2500, 2),
+    lammps("loose80", 80000, 500, 1500, None),
     lammps("dense80", 79507, 100, 400, 2),
     Setting(
         name="depth-integrated, helix channel, flow of 10 s",

@@ -51,13 +51,12 @@ pub use crate::point_domain::{
     GridView, PointDomain, ReferenceDomain, RightStretchDiagonal, RightStretchDomain, SquareMatrix,
     StretchingDomain,
 };
-pub use crate::shape_functions::basis::{
-    Basis, ContiguousGimpBasis, CubicSpline, GimpBasis, LinearBasis, QuadraticSpline,
-};
+pub use crate::shape_functions::basis::{Basis, ContiguousGimpBasis, GimpBasis, LinearBasis};
 pub use crate::shape_functions::basis_1d::{Basis1d, BasisValues1d};
 pub use crate::shape_functions::cpdi_basis::CpdiBasis;
 pub use crate::shape_functions::node_support::{NodeList, NodeSupport};
 pub use crate::shape_functions::reference_basis::ReferenceStencil;
+pub use crate::shape_functions::spline_basis::{CubicSpline, QuadraticSpline};
 pub use crate::shape_functions::stencil::Stencil;
 pub use crate::transfers::shape_function_kind::ShapeFunctionKind;
 pub use crate::transfers::{AffineFields, NodeRange, P2gInput, P2gPhaseInput, PointSlice, Transfers};

@@ -84,7 +84,7 @@ pub trait BedSurface<const D: usize>: Send + Sync {
         self.bed_point(x).is_some()
     }
 
-    /// Distance of the nodes between which the surface is interpolated (m); `None` for an analytical surface. A node moves by at most this
+    /// Distance of the nodes between which the surface is interpolated (m); `None` for an analytical surface. A node moves by less than this
     /// distance in a step.
     fn cell(&self) -> Option<f64> {
         None

@@ -9,11 +9,14 @@ use crate::phases::phase::PhaseSet;
 use crate::points::MIN_NODES_PER_TASK;
 use crate::points::phase_nodes::norm;
 
-/// Largest displacement of a node in a step, over its smoothing length and over a cell of the bed.
+/// Largest displacement of a node in a step, over its smoothing length.
 const LONGEST_MOVE: f64 = 1.0;
 
+/// Largest displacement of a node in a step, over a cell of the bed.
+const LONGEST_MOVE_OVER_BED: f64 = 0.75;
+
 /// Largest turn of the bed's normal along the path of a node in a step (rad).
-const LARGEST_TURN: f64 = 0.15;
+const LARGEST_TURN: f64 = 0.1;
 
 /// Limit of the time step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +36,7 @@ pub(super) fn critical_step<const D: usize>(
 ) -> LimitingNode {
     let numerics = &settings.numerics;
     let passive = settings.earth_pressure.map_or(1.0, |k| k.passive.max(1.0));
-    // A cell of the bed at its speed, or half a cell in free fall from rest (sheet: depth-sph §3.3).
+    // Half a cell of the bed in free fall from rest (sheet: depth-sph §3.3).
     let cell = bed.cell().unwrap_or(f64::INFINITY);
     let fall = (cell / settings.total_gravity()).sqrt();
     // Waves of two sets travel relative to both, which the neighbours of one do not show.
@@ -52,7 +55,9 @@ pub(super) fn critical_step<const D: usize>(
             let is_known = is_alone && !nodes.relative_speed[i].is_nan();
             let relative = if is_known { nodes.relative_speed[i] } else { speed };
             let wave = (passive * nodes.effective_gravity[i] * nodes.depth[i]).sqrt() + relative;
-            let path = (LONGEST_MOVE * length.min(cell)).min(LARGEST_TURN / nodes.path_curvature[i]);
+            let path = (LONGEST_MOVE * length)
+                .min(LONGEST_MOVE_OVER_BED * cell)
+                .min(LARGEST_TURN / nodes.path_curvature[i]);
             let dt = (numerics.courant * length / wave).min(path / speed).min(fall);
             // Of equal limits the first, on any number of threads.
             (dt, i)

@@ -67,5 +67,5 @@ fn nodes_cross_at_most_a_smoothing_length_and_a_turn_of_the_bed() {
         }
     });
     let turned = limit_after_a_step(flow(bed, 0.01, |_| 50.0));
-    assert!((turned / (0.15 / (amplitude * number * number * 50.0)) - 1.0).abs() < 0.02, "{turned}");
+    assert!((turned / (0.1 / (amplitude * number * number * 50.0)) - 1.0).abs() < 0.02, "{turned}");
 }

@@ -8,4 +8,5 @@ pub(crate) mod basis_1d;
 pub(crate) mod cpdi_basis;
 pub(crate) mod node_support;
 pub(crate) mod reference_basis;
+pub(crate) mod spline_basis;
 pub(crate) mod stencil;
