@@ -48,7 +48,7 @@ impl CaseMeasurement {
 struct EndState {
     /// Time (s).
     time: f64,
-    /// Mean of the positions of the points (m).
+    /// Centre of mass, or of the volume, or the mean of the positions (m).
     centre: [f64; 3],
     /// Kinetic energy (J), not-a-number for methods that do not give it.
     kinetic: f64,
@@ -57,9 +57,13 @@ struct EndState {
 impl EndState {
     /// End state of a solver.
     fn of(solver: &dyn Solver) -> Self {
-        let positions = solver.snapshot().positions;
-        let count = positions.len().max(1) as f64;
-        let mean = |axis: usize| positions.iter().map(|x| x[axis]).sum::<f64>() / count;
+        let points = solver.snapshot();
+        let weights = points.scalars("mass").or(points.scalars("volume"));
+        let weight = |i: usize| weights.map_or(1.0, |weights| weights[i]);
+        let whole: f64 = (0..points.positions.len()).map(weight).sum();
+        let mean = |axis: usize| {
+            points.positions.iter().enumerate().map(|(i, x)| weight(i) * x[axis]).sum::<f64>() / whole
+        };
         Self { time: solver.time(), centre: [mean(0), mean(1), mean(2)], kinetic: solver.totals().kinetic }
     }
 }

@@ -32,7 +32,7 @@ pub struct BenchArguments {
     #[arg(long)]
     laws: bool,
     /// Measure a case with its methods instead: the same steps of its first stage on each number of threads.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["filter", "small", "points", "race", "sph", "laws"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["filter", "small", "points", "textbook", "sph", "laws"])]
     case: Option<PathBuf>,
     /// Only this method of the case.
     #[arg(long, requires = "case")]
