@@ -77,7 +77,7 @@ fn processor_time() -> Duration {
         false,
         ProcessRefreshKind::nothing().with_cpu(),
     );
-    Duration::from_millis(system.process(id).map_or(0, |process| process.accumulated_cpu_time()))
+    Duration::from_millis(system.process(id).map_or(0, sysinfo::Process::accumulated_cpu_time))
 }
 
 /// Runs a case from its start and measures steps of its first stage: `steps` of them, or as many as fit in `seconds`.
