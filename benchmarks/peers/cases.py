@@ -9,7 +9,6 @@ DRUCKER_PRAGER = {**ELASTIC, "model": "drucker-prager", "friction_angle": 20.0, 
 LAWS = {
     "elastic": ELASTIC,
     "corotated": {**ELASTIC, "model": "fixed-corotated"},
-    "dp": DRUCKER_PRAGER,
     "dphencky": {**DRUCKER_PRAGER, "strain_measure": "hencky"},
 }
 
@@ -43,29 +42,24 @@ def block(dimension, material, cell):
 
 
 def mpm_blocks():
-    """Blocks of the material point method: name and case."""
-    for dimension, cells in [(2, 50), (2, 100), (2, 500), (3, 20), (3, 50)]:
+    """Blocks of the material point method with quadratic functions, APIC and USL: name and case."""
+    for dimension, cells in [(2, 100), (2, 500), (3, 20), (3, 50)]:
         cell = 1 / cells
-        for shape in ["linear", "quadratic"]:
-            for law, material in LAWS.items():
-                for transfer in ["flip", "apic"]:
-                    for scheme in ["usl", "musl", "usf"]:
-                        if transfer == "apic" and scheme != "usl":
-                            continue
-                        method = {
-                            "cell_size": cell,
-                            "shape": shape,
-                            "stress_update": scheme,
-                            "transfer": transfer,
-                            "time_step": 0.4 * cell / WAVE_SPEED,
-                        }
-                        case = {**block(dimension, material, cell), "methods": {"mpm": method}}
-                        yield f"block-{dimension}d-{shape}-{law}-{transfer}-{scheme}-{cells}", case
+        for law, material in LAWS.items():
+            method = {
+                "cell_size": cell,
+                "shape": "quadratic",
+                "stress_update": "usl",
+                "transfer": "apic",
+                "time_step": 0.4 * cell / WAVE_SPEED,
+            }
+            case = {**block(dimension, material, cell), "methods": {"mpm": method}}
+            yield f"block-{dimension}d-quadratic-{law}-apic-usl-{cells}", case
 
 
 def beams():
     """Elastic cantilevers of smoothed particle hydrodynamics that swing from an initial velocity."""
-    for rows, formulation in [(10, "updated"), (40, "updated"), (40, "total-lagrangian"), (60, "updated")]:
+    for rows, formulation in [(40, "updated"), (40, "total-lagrangian")]:
         spacing = 0.02 / rows
         swing = {"kind": "bending", "along": 0, "across": 1, "clamp": 0, "length": 0.2, "tip": 0.6}
         method = {

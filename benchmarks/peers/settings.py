@@ -5,11 +5,10 @@ import subprocess
 import sys
 
 import cases
-from peers import ROOT, WORK, Other, Ours, Setting
+from runs import ROOT, WORK, Other, Ours, Setting
 
 PYTHON = WORK / "venv" / "bin" / "python"
-AVAFRAME = WORK / "avaframe"
-HELIX = AVAFRAME / "src" / "avaframe" / "data" / "avaHelixChannel"
+HELIX = WORK / "avaframe" / "src" / "avaframe" / "data" / "avaHelixChannel"
 
 
 def write_cases(folder):
@@ -86,7 +85,7 @@ def lammps(packing, points, first, last, aim):
 
 
 def sphinxsys(name, program, resolution, steps, case, ours_steps, aim):
-    """Case of smoothed particle hydrodynamics beside an example of SPHinXsys, built with the source patches of README.md."""
+    """Case of smoothed particle hydrodynamics beside an example of SPHinXsys, changed as README.md says."""
     folder = f"sphinxsys/build/tests/2d_examples/{program}/bin"
     return Setting(
         name=name,

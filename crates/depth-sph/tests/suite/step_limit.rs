@@ -42,7 +42,7 @@ fn waves_limit_the_step_in_the_frame_of_the_flow() {
     close(still, COURANT * LENGTH / wave);
     // Carried along at two thirds of the speed at which a node crosses its smoothing length in this step.
     close(limit_after_a_step(flow(Bed::Flat(0.0), 1.0, |_| 7.0)), still);
-    // Stretched by 2/s, a node at the border of the support (two lengths away) moves apart at up to 4 lengths per second.
+    // Stretched by 0.04/s: a node at the border of the support, two lengths away, moves apart at up to 0.08 lengths per second.
     let stretched = limit_after_a_step(flow(Bed::Flat(0.0), 1.0, |x| 2.0 * (x - 50.0) / 50.0));
     assert!(stretched < still && stretched > COURANT * LENGTH / (wave + 0.04 * 2.0 * LENGTH), "{stretched}");
 }
