@@ -56,7 +56,9 @@ def test_an_interrupt_leaves_a_checkpoint_and_the_part_that_is_done(tmp_path, mo
 def test_a_signal_interrupts_a_run_of_another_process(tmp_path):
     program = textwrap.dedent(
         f"""
-        import colluvium as cl, sys
+        import colluvium as cl, signal, sys
+        # A shell starts programs in the background with this signal ignored.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         case = cl.Case.template("column-collapse")
         print("begun", flush=True)
         try:
