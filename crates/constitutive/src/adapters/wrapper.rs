@@ -182,11 +182,7 @@ impl<W: Wrapper> Material for WrappedMaterial<W> {
         if !W::KEEPS_MOTION {
             return self.update(&motions.to_array(count)[..count], stresses, states);
         }
-        if !motions.are_valid(count) {
-            for index in 0..count {
-                motions.motion(index).check(W::NAME).map_err(|source| BatchError { index, source })?;
-            }
-        }
+        motions.check(W::NAME, count)?;
         let (own, block) = states.own_and_inner_mut::<W::OwnState>();
         let mut inner = self.inner_stresses(stresses, own);
         for (index, own) in own.iter_mut().enumerate() {

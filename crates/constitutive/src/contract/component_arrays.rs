@@ -19,6 +19,21 @@ pub(crate) struct Rotations {
     in_plane: bool,
 }
 
+/// Tensor of point `index` of arrays per component (xx, yy, zz, xy, yz, zx).
+#[inline(always)]
+pub(crate) fn tensor<const N: usize>(lanes: &[[f64; N]; 6], index: usize) -> SymTensor {
+    let [xx, yy, zz, xy, yz, zx] = lanes;
+    SymTensor([xx[index], yy[index], zz[index], xy[index], yz[index], zx[index]])
+}
+
+/// Stores the tensor of point `index` in arrays per component (xx, yy, zz, xy, yz, zx).
+#[inline(always)]
+pub(crate) fn set_tensor<const N: usize>(lanes: &mut [[f64; N]; 6], index: usize, value: &SymTensor) {
+    let [xx, yy, zz, xy, yz, zx] = lanes;
+    (xx[index], yy[index], zz[index]) = (value.0[0], value.0[1], value.0[2]);
+    (xy[index], yz[index], zx[index]) = (value.0[3], value.0[4], value.0[5]);
+}
+
 impl ComponentArrays {
     /// Arrays of a batch before they are filled.
     pub(crate) const EMPTY: Self =

@@ -392,11 +392,7 @@ impl<L: StressUpdate> Material for L {
         states: &mut StateBlock,
     ) -> Result<(), BatchError> {
         let count = stresses.len();
-        if !motions.are_valid(count) {
-            for index in 0..count {
-                motions.motion(index).check(self.name()).map_err(|source| BatchError { index, source })?;
-            }
-        }
+        motions.check(self.name(), count)?;
         let done =
             StressUpdate::update_block(self, motions, stresses, downcast_states_mut::<L::State>(states));
         done.map_err(|error| error.with_step(|index| motions.motion(index), stresses))

@@ -1,6 +1,6 @@
 //! Kinematics of a material point in one step.
 
-use crate::{BLOCK_SIZE, Mat3, MaterialError, SymTensor};
+use crate::{BLOCK_SIZE, BatchError, Mat3, MaterialError, SymTensor};
 
 /// State of the pore fluid at the point; zero for a point without pore fluid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -259,6 +259,20 @@ impl MotionBlock {
     /// Motions of the first `count` points as separate structures; the remaining ones are at rest.
     pub(crate) fn to_array(&self, count: usize) -> [Motion; BLOCK_SIZE] {
         std::array::from_fn(|i| if i < count { self.motion(i) } else { Motion::AT_REST })
+    }
+
+    /// Checks the motions of the first `count` points ([`Motion::check`]) for a law of this name.
+    ///
+    /// # Errors
+    /// The first point that fails.
+    #[inline]
+    pub(crate) fn check(&self, model: &'static str, count: usize) -> Result<(), BatchError> {
+        if !self.are_valid(count) {
+            for index in 0..count {
+                self.motion(index).check(model).map_err(|source| BatchError { index, source })?;
+            }
+        }
+        Ok(())
     }
 
     /// Whether the first `count` points pass [`Motion::check`], computed without branches.

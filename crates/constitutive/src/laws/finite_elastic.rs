@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Elasticity;
 use crate::adapters::hencky::{push_forward, push_forward_in_plane};
+use crate::contract::component_arrays::{set_tensor, tensor};
 use crate::contract::motion::OUT_OF_PLANE_COMPONENTS;
 use crate::contract::tangent::from_spatial;
 use crate::{
@@ -71,7 +72,7 @@ impl<L: FiniteElastic> PointLaw for L {
 
     fn wave_modulus(&self, point: &Point<LeftCauchyGreen>) -> f64 {
         let b = &point.state.0;
-        let largest = match lies_in_plane(b) {
+        let largest = match b.lies_in_plane() {
             true => b.greatest_principal_value_in_plane(),
             false => b.greatest_principal_value(),
         };
@@ -162,33 +163,12 @@ struct DeformationArrays<const N: usize> {
     ratio: [f64; N],
 }
 
-/// Tensor of point `index` of arrays per component.
-#[inline(always)]
-fn tensor<const N: usize>(lanes: &[[f64; N]; 6], index: usize) -> SymTensor {
-    let [xx, yy, zz, xy, yz, zx] = lanes;
-    SymTensor([xx[index], yy[index], zz[index], xy[index], yz[index], zx[index]])
-}
-
-/// Stores the tensor of point `index` in arrays per component.
-#[inline(always)]
-fn set_tensor<const N: usize>(lanes: &mut [[f64; N]; 6], index: usize, value: &SymTensor) {
-    let [xx, yy, zz, xy, yz, zx] = lanes;
-    (xx[index], yy[index], zz[index]) = (value.0[0], value.0[1], value.0[2]);
-    (xy[index], yz[index], zx[index]) = (value.0[3], value.0[4], value.0[5]);
-}
-
 /// Copies the tensors of states to arrays per component.
 #[inline(always)]
 fn load(states: &[LeftCauchyGreen], b: &mut [[f64; BLOCK_SIZE]; 6]) {
     for (i, state) in states.iter().enumerate().take(BLOCK_SIZE) {
         set_tensor(b, i, &state.0);
     }
-}
-
-/// Whether the third axis is a principal axis of the tensor.
-#[inline(always)]
-fn lies_in_plane(b: &SymTensor) -> bool {
-    (b.0[4] == 0.0) & (b.0[5] == 0.0)
 }
 
 /// Largest principal values of tensors in arrays per component, each as in [`PointLaw::wave_modulus`].
@@ -198,10 +178,10 @@ fn largest_changes(b: &[[f64; BLOCK_SIZE]; 6]) -> [f64; BLOCK_SIZE] {
     for i in 0..BLOCK_SIZE {
         largest[i] = tensor(b, i).greatest_principal_value_in_plane();
     }
-    if (0..BLOCK_SIZE).any(|i| !lies_in_plane(&tensor(b, i))) {
+    if (0..BLOCK_SIZE).any(|i| !tensor(b, i).lies_in_plane()) {
         for i in 0..BLOCK_SIZE {
             let (b, in_plane) = (tensor(b, i), largest[i]);
-            largest[i] = if lies_in_plane(&b) { in_plane } else { b.greatest_principal_value() };
+            largest[i] = if b.lies_in_plane() { in_plane } else { b.greatest_principal_value() };
         }
     }
     largest
@@ -246,7 +226,7 @@ impl<const N: usize> DeformationArrays<N> {
     #[inline(always)]
     fn is_planar(&self, [_, _, c, _, _, f, g, h, _]: &[&[f64; N]; 9], i: usize) -> bool {
         let along = (c[i] == 0.0) & (f[i] == 0.0) & (g[i] == 0.0) & (h[i] == 0.0);
-        along & lies_in_plane(&tensor(&self.b, i))
+        along & tensor(&self.b, i).lies_in_plane()
     }
 
     /// Step of points that neither move nor are sheared out of the plane of the first two axes.

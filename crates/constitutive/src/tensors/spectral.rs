@@ -100,6 +100,12 @@ impl SymTensor {
         if is_largest { [mean + far, mean + high, mean + low] } else { [mean - low, mean - high, mean - far] }
     }
 
+    /// Whether the third axis is a principal axis, without a branch.
+    #[inline(always)]
+    pub(crate) fn lies_in_plane(&self) -> bool {
+        (self.0[4] == 0.0) & (self.0[5] == 0.0)
+    }
+
     /// Smallest principal value of a tensor with the third axis as principal axis, for loops over many tensors.
     #[inline(always)]
     pub(crate) fn least_principal_value_in_plane(&self) -> f64 {

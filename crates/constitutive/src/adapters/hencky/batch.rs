@@ -3,7 +3,7 @@
 
 use crate::adapters::hencky::series::{MAX_EXP_NORM_SQUARED, MAX_LOG_NORM_SQUARED, exp_minus_one, half_log};
 use crate::adapters::hencky::{Hencky, HenckyState, PrincipalReturn, push_forward, wave_modulus};
-use crate::contract::component_arrays::Spectra;
+use crate::contract::component_arrays::{Spectra, set_tensor, tensor};
 use crate::{BatchError, Mat3, Motion, Point, StressUpdate, SymTensor};
 
 /// Number of points of a batch.
@@ -65,21 +65,6 @@ struct TrialBatch<'a, const N: usize> {
     deformation: &'a [[f64; N]; 9],
     elastic: [[f64; N]; 6],
     jacobian: [f64; N],
-}
-
-/// Tensor of point `index` of a batch with one array per component (xx, yy, zz, xy, yz, zx).
-#[inline(always)]
-fn tensor<const N: usize>(lanes: &[[f64; N]; 6], index: usize) -> SymTensor {
-    let [xx, yy, zz, xy, yz, zx] = lanes;
-    SymTensor([xx[index], yy[index], zz[index], xy[index], yz[index], zx[index]])
-}
-
-/// Stores the tensor of point `index` in a batch with one array per component (xx, yy, zz, xy, yz, zx).
-#[inline(always)]
-fn set_tensor<const N: usize>(lanes: &mut [[f64; N]; 6], index: usize, value: &SymTensor) {
-    let [xx, yy, zz, xy, yz, zx] = lanes;
-    (xx[index], yy[index], zz[index]) = (value.0[0], value.0[1], value.0[2]);
-    (xy[index], yz[index], zx[index]) = (value.0[3], value.0[4], value.0[5]);
 }
 
 /// Returns `a` if `first` is true, else `b`, without a branch.
@@ -197,7 +182,7 @@ pub(super) fn wave_moduli<S>(
     }
     let mut planar = true;
     for i in 0..WIDTH {
-        planar &= lies_in_plane(&tensor(&lanes, i));
+        planar &= tensor(&lanes, i).lies_in_plane();
     }
     if planar {
         for i in 0..WIDTH {
@@ -210,12 +195,6 @@ pub(super) fn wave_moduli<S>(
         }
     }
     out.copy_from_slice(&moduli[..out.len()]);
-}
-
-/// Whether the third axis is a principal axis of the stress.
-#[inline(always)]
-pub(super) fn lies_in_plane(stress: &SymTensor) -> bool {
-    (stress.0[4] == 0.0) & (stress.0[5] == 0.0)
 }
 
 /// Reads a number at the start and the end of each state, so that the processor loads the memory of all states at the same time.

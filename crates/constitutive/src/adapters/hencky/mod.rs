@@ -116,7 +116,7 @@ pub(crate) fn push_forward(elastic: &SymTensor, step: &Mat3) -> SymTensor {
 /// of the unstressed material.
 #[inline(always)]
 fn wave_modulus(elastic: f64, stress: &SymTensor, jacobian: f64) -> f64 {
-    let planar = batch::lies_in_plane(stress);
+    let planar = stress.lies_in_plane();
     let smallest =
         if planar { stress.least_principal_value_in_plane() } else { stress.least_principal_value() };
     elastic / jacobian - smallest.min(0.0)

@@ -98,9 +98,16 @@ impl CamClay {
         if !excess.is_finite() {
             return Err(MaterialError::Motion { model: NAME, reason: "the trial stress is not finite" });
         }
-        if let Some(end) = self.newton_return(trial, size) {
-            return Ok(Some(end));
+        match self.newton_return(trial, size) {
+            Some(end) => Ok(Some(end)),
+            None => self.bracketed_return(trial, size).map(Some),
         }
+    }
+
+    /// Return of a trial outside the yield surface by a bracketed root in `a`, at which the volume part is solved.
+    fn bracketed_return(&self, trial: &CamClayTrial, size: f64) -> Result<CamClayReturn, MaterialError> {
+        let m2 = self.constants.critical.powi(2);
+        let q_tr = trial.q;
         let failed = MaterialError::NotConverged { model: NAME, reason: "yield condition" };
         // Unknown a = 6 G Δλ/M², so that q = q_tr/(1 + a).
         let unit = m2 / (6.0 * trial.shear);
@@ -134,7 +141,7 @@ impl CamClay {
             (value, slope)
         });
         let [pressure, q, preconsolidation_pressure, multiplier] = at(root.ok_or(failed)?).2;
-        Ok(Some(CamClayReturn { pressure, q, preconsolidation_pressure, multiplier }))
+        Ok(CamClayReturn { pressure, q, preconsolidation_pressure, multiplier })
     }
 
     /// Updates a point by one step: return map, new stress and new state.
@@ -204,4 +211,44 @@ impl CamClay {
 /// Ratio `q/q_tr = 1/(1 + 6 G Δλ/M²)`.
 fn deviator_scale(m2: f64, trial: &CamClayTrial, multiplier: f64) -> f64 {
     1.0 / (1.0 + 6.0 * trial.shear * multiplier / m2)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::laws::CamClaySpec;
+    use crate::laws::cam_clay::CamClayState;
+    use crate::laws::model::Model;
+    use crate::{Point, SymTensor};
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_return_of_newton_is_the_bracketed_one(
+            pressure in 1e3..1e6f64, ratio in 0.5..4.0f64, strain in proptest::array::uniform6(-1.0..1.0f64), size in -5.0..-2.0f64,
+        ) {
+            for spec in CamClaySpec::examples() {
+                let law = spec.law().unwrap();
+                let state = CamClayState { preconsolidation_pressure: ratio * pressure, void_ratio: 1.0, plastic_strain: 0.0 };
+                let old = Point { stress: SymTensor::isotropic(-pressure), state };
+                let strain = SymTensor(strain) * 10f64.powf(size);
+                let trial = law.constants.trial(&strain, &old);
+                let size = state.preconsolidation_pressure;
+                if law.return_map(&trial, size).unwrap().is_none() {
+                    continue;
+                }
+                let newton = law.newton_return(&trial, size);
+                // Larger steps may need the bracket.
+                prop_assert!(newton.is_some() || strain.norm() > 1e-4, "{trial:?}");
+                let Some(newton) = newton else { continue };
+                let bracketed = law.bracketed_return(&trial, size).unwrap();
+                for (a, b) in [
+                    (newton.pressure, bracketed.pressure),
+                    (newton.q, bracketed.q),
+                    (newton.preconsolidation_pressure, bracketed.preconsolidation_pressure),
+                ] {
+                    prop_assert!((a - b).abs() <= 1e-11 * size, "{newton:?} {bracketed:?}");
+                }
+            }
+        }
+    }
 }
