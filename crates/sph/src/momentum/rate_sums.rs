@@ -10,10 +10,15 @@ use crate::context::SolverContext;
 use crate::momentum::confining_pressure::apply_confining_pressure;
 use crate::momentum::external_forces::{apply_loads, record_reactions};
 use crate::neighbours::verlet_lists::VerletLists;
+use crate::pairs::velocity_gradient::GradientSums;
 use crate::pairs::{PairContext, PairSums, for_each_particle};
 use crate::points::particles::{Bodies, Derivatives};
 use crate::rates::Rates;
 use crate::walls::Walls;
+
+/// Number of particles whose sums over neighbours precede their velocity gradients. Roots and divisions of several particles overlap, which
+/// those of one cannot, since each waits for the one before.
+const SUMS_PER_PASS: usize = 16;
 
 /// Computes the accelerations of all particles with gravity and local damping, and stores the weights of the pairs.
 pub fn accelerate<const D: usize>(
@@ -135,8 +140,9 @@ fn find_gradients<const D: usize>(
     rates: &mut Rates<D>,
     chord: f64,
 ) {
-    let (sums, weighed) = (PairSums::new(setting, bodies, walls), lists.weights_current);
+    let (pairs, weighed) = (PairSums::new(setting, bodies, walls), lists.weights_current);
     let any_rigid = bodies.any_rigid();
+    let turn_of = |i: usize| if any_rigid { bodies.rotation_of(i) } else { None };
     let diffusion = 2.0 * setting.options.density_diffusion;
     let fluid = |i: usize| bodies.group_of(i).filter(|group| group.fluid);
     // Gradient and divergence of a particle are in two arrays.
@@ -144,23 +150,36 @@ fn find_gradients<const D: usize>(
     let both = gradient.par_chunks_mut(BLOCK_POINTS).zip(divergence.par_chunks_mut(BLOCK_POINTS));
     let blocks = both.zip(&mut lists.weights).zip(lists.neighbours.blocks()).enumerate();
     blocks.for_each(|(number, (((gradient, divergence), weights), rows))| {
-        for k in 0..gradient.len() {
-            let i = number * BLOCK_POINTS + k;
-            let (row, weights) = (rows.neighbours(k), &mut weights[rows.range(k)]);
-            if !weighed {
-                sums.fill_weights(i, row, weights);
+        let (first, mut sums) = (number * BLOCK_POINTS, [GradientSums::ZERO; SUMS_PER_PASS]);
+        for start in (0..gradient.len()).step_by(SUMS_PER_PASS) {
+            let some = start..gradient.len().min(start + SUMS_PER_PASS);
+            for (k, sums_of_one) in some.clone().zip(&mut sums) {
+                let (i, row, weights) = (first + k, rows.neighbours(k), &mut weights[rows.range(k)]);
+                if !weighed {
+                    pairs.fill_weights(i, row, weights);
+                }
+                *sums_of_one = match turn_of(i) {
+                    Some((turn, ground)) => {
+                        pairs.velocity_gradient_sums_rotating(i, row, weights, &turn, ground)
+                    }
+                    None => pairs.velocity_gradient_sums(i, (row, weights)),
+                };
             }
-            let turn = if any_rigid { bodies.rotation_of(i) } else { None };
-            let rate = match &turn {
-                Some((turn, ground)) => sums.velocity_gradient_rotating(i, row, weights, turn, *ground),
-                None => sums.velocity_gradient(i, (row, weights), chord),
-            };
-            gradient[k] = rate.gradient;
-            divergence[k] = rate.divergence;
-            if diffusion > 0.0
-                && let Some(body) = fluid(i)
-            {
-                divergence[k] += diffusion * sums.density_diffusion(i, (row, weights), &body.range());
+            for (k, sums_of_one) in some.zip(&sums) {
+                let i = first + k;
+                let turn = turn_of(i);
+                let mut rate =
+                    pairs.velocity_gradient(i, sums_of_one, if turn.is_some() { 0.0 } else { chord });
+                if let Some((turn, _)) = turn {
+                    rate.add_rotation(&turn);
+                }
+                (gradient[k], divergence[k]) = (rate.gradient, rate.divergence);
+                if diffusion > 0.0
+                    && let Some(body) = fluid(i)
+                {
+                    let row = (rows.neighbours(k), &weights[rows.range(k)]);
+                    divergence[k] += diffusion * pairs.density_diffusion(i, row, &body.range());
+                }
             }
         }
     });

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use super::{PairSums, SOFTENING};
 use crate::config::MomentumEquation;
+use crate::kernel::Kernel;
 use crate::points::packed_particles;
-use crate::points::packed_particles::{Lanes, PackedKinematics, PackedState};
+use crate::points::packed_particles::{GroupsOfFour, Lanes, PackedKinematics, PackedState};
 
 /// Factors of the pair stresses in the momentum equation.
 #[derive(Clone, Copy)]
@@ -35,6 +36,38 @@ impl<const D: usize> PairSums<'_, D> {
         weights: &mut [f64],
         by_obstacles: Option<&mut [f64; D]>,
     ) -> [f64; D] {
+        // The usual settings have loops of their own, without the branches of the others.
+        let (form, mut sum) = (MomentumForm::of_equation(self.options.momentum), [0.0; D]);
+        match self.smoothing.kernel() {
+            Kernel::CubicSpline if self.is_plain() => {
+                self.add_neighbours::<true>(i, (row, weights), form, Kernel::CubicSpline, &mut sum);
+            }
+            Kernel::WendlandC2 if self.is_plain() => {
+                self.add_neighbours::<true>(i, (row, weights), form, Kernel::WendlandC2, &mut sum);
+            }
+            kernel => self.add_neighbours::<false>(i, (row, weights), form, kernel, &mut sum),
+        }
+        self.other_accelerations(i, (row, &*weights), form, &mut sum, by_obstacles);
+        sum
+    }
+
+    /// Whether smoothing lengths are constant and there is neither artificial stress nor short-range repulsion.
+    #[inline(always)]
+    fn is_plain(&self) -> bool {
+        !self.options.is_variable() && self.repulsion.is_none() && self.short_range_repulsion.is_none()
+    }
+
+    /// Adds the acceleration of particle `i` by the neighbours without a mirrored state, with a kernel that is that of the case. `PLAIN`
+    /// says that [`PairSums::is_plain`] holds.
+    #[inline(always)]
+    fn add_neighbours<const PLAIN: bool>(
+        &self,
+        i: usize,
+        (row, weights): (&[u32], &mut [f64]),
+        form: MomentumForm,
+        kernel: Kernel,
+        total: &mut [f64; D],
+    ) {
         let records = &self.pair_data.records;
         let regular = self.first_mirrored(row);
         let own_record = [&records[i]; 4];
@@ -42,23 +75,22 @@ impl<const D: usize> PairSums<'_, D> {
             packed_particles::packed_kinematics::<D>(own_record),
             packed_particles::packed_state::<D>(own_record),
         );
-        let form = MomentumForm::of_equation(self.options.momentum);
         let viscous = self.options.viscosity_linear > 0.0 || self.options.viscosity_quadratic > 0.0;
-        let variable = self.options.is_variable();
-        let grad_h = self.grad_h();
+        let variable = !PLAIN && self.options.is_variable();
+        let grad_h = !PLAIN && self.grad_h();
         if variable {
             self.fill_weights(i, row, weights);
         }
-        let thinness = Lanes::splat(1.0) / own.density;
+        let (thinness, h) = (Lanes::splat(1.0) / own.density, Lanes::splat(self.smoothing.length()));
         let mut sum = [Lanes::splat(0.0); D];
         let (reach, mut push) = (self.short_range_repulsion.map_or(0.0, |close| close.square), [0.0; D]);
-        packed_particles::for_each_four(&row[..regular], i, |start, four, count| {
+        for (start, four, count) in GroupsOfFour::new(&row[..regular], i) {
             let near = four.map(|j| &records[j]);
             let (other, more) =
                 (packed_particles::packed_kinematics::<D>(near), packed_particles::packed_state::<D>(near));
             let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
             let square = packed_particles::dot(&apart, &apart);
-            let mut weight = self.kernel_weights(variable, square, weights, (start, count));
+            let mut weight = self.kernel_weights((kernel, variable), square, weights, (start, count));
             let mass = other.volume * other.density;
             let mut acceleration = if grad_h {
                 let others = self.weights_of_others(four, square);
@@ -70,23 +102,23 @@ impl<const D: usize> PairSums<'_, D> {
                 let scale = weight * if form.divides_by_both { other.volume * thinness } else { mass };
                 packed_particles::product::<D>(&flux, &apart).map(|c| c * scale)
             };
-            self.add_artificial_stress((i, four), (&apart, square), weight * mass, &mut acceleration);
+            if !PLAIN {
+                self.add_artificial_stress((i, four), (&apart, square), weight * mass, &mut acceleration);
+            }
             if viscous {
+                let h = if PLAIN { h } else { (mine.length + more.length) * 0.5 };
                 let viscosity =
-                    self.viscosity((&own, &mine), (&other, &more), &apart, square) * (weight * mass);
+                    self.viscosity((&own, &mine), (&other, &more), (&apart, square, h)) * (weight * mass);
                 (0..D).for_each(|c| acceleration[c] += apart[c] * viscosity);
             }
             (0..D).for_each(|c| sum[c] += acceleration[c]);
-            if let Some(close) = self.short_range_repulsion
+            if let Some(close) = self.short_range_repulsion.filter(|_| !PLAIN)
                 && square.simd_lt(Lanes::splat(reach)).any()
             {
                 self.add_repulsion(i, (close, four), (&apart, square), &mut push);
             }
-        });
-        let mut sum = sum.map(packed_particles::sum);
-        (0..D).for_each(|c| sum[c] += push[c]);
-        self.other_accelerations(i, (row, &*weights), form, &mut sum, by_obstacles);
-        sum
+        }
+        (0..D).for_each(|c| total[c] += packed_particles::sum(sum[c]) + push[c]);
     }
 
     /// Kernel weights `F` of four neighbours. For variable smoothing lengths they are already stored, else they follow from squared
@@ -94,7 +126,7 @@ impl<const D: usize> PairSums<'_, D> {
     #[inline(always)]
     fn kernel_weights(
         &self,
-        variable: bool,
+        (kernel, variable): (Kernel, bool),
         square: Lanes,
         weights: &mut [f64],
         (start, count): (usize, usize),
@@ -102,7 +134,7 @@ impl<const D: usize> PairSums<'_, D> {
         if variable {
             return packed_particles::load_four(weights, start, count);
         }
-        let weight = self.smoothing.weights(square);
+        let weight = self.smoothing.weights_of(kernel, square);
         packed_particles::store_four(weights, start, count, weight);
         weight
     }
@@ -203,18 +235,16 @@ impl<const D: usize> PairSums<'_, D> {
         Lanes::new(std::array::from_fn(weight))
     }
 
-    /// Viscous pair term `(α c π - β π²) / ρ` of approaching pairs (BN 111).
+    /// Viscous pair term `(α c π - β π²) / ρ` of approaching pairs (BN 111), with their vectors, squared distances and smoothing lengths.
     #[inline(always)]
     fn viscosity(
         &self,
         (own, mine): (&PackedKinematics<D>, &PackedState),
         (other, more): (&PackedKinematics<D>, &PackedState),
-        apart: &[Lanes; D],
-        square: Lanes,
+        (apart, square, h): (&[Lanes; D], Lanes, Lanes),
     ) -> Lanes {
         let relative: [Lanes; D] = std::array::from_fn(|c| other.v[c] - own.v[c]);
         let closing = packed_particles::dot(&relative, apart).fast_min(Lanes::splat(0.0));
-        let h = (mine.length + more.length) * 0.5;
         let softened = square + h * h * SOFTENING;
         let (sound, density) = (mine.sound + more.sound, own.density + other.density);
         let (linear, quadratic) = (self.options.viscosity_linear, self.options.viscosity_quadratic);

@@ -32,7 +32,7 @@ use crate::kernel::Smoothing;
 use crate::points::particles::{Bodies, PairData, ParticleGroup, Particles, SquareMatrix};
 use crate::points::vector_algebra::separation;
 
-use crate::points::packed_particles::Lanes;
+use crate::points::packed_particles::{self, GroupsOfFour, Lanes};
 use crate::walls::Walls;
 
 /// Softening of the viscosity for coincident particles (sheet: sph §2.8).
@@ -97,6 +97,16 @@ pub struct VelocityGradient<const D: usize> {
     pub gradient: SquareMatrix<D>,
     /// Divergence `-ρ̇/ρ` (1/s).
     pub divergence: f64,
+}
+
+impl<const D: usize> VelocityGradient<D> {
+    /// Adds the rotation `turn` of a rigid body (1/s).
+    pub(crate) fn add_rotation(&mut self, turn: &SquareMatrix<D>) {
+        for (a, row) in self.gradient.iter_mut().enumerate() {
+            (0..D).for_each(|b| row[b] += turn[a][b]);
+            self.divergence += turn[a][a];
+        }
+    }
 }
 
 /// Parameters of the artificial repulsion.
@@ -287,30 +297,39 @@ impl<'a, const D: usize> PairSums<'a, D> {
             return;
         }
         let records = &self.pair_data.records;
-        let own = crate::points::packed_particles::packed_kinematics::<D>([&records[i]; 4]);
-        crate::points::packed_particles::for_each_four(&row[..regular], i, |start, four, count| {
-            let other = crate::points::packed_particles::packed_kinematics::<D>(four.map(|j| &records[j]));
+        let own = packed_particles::packed_kinematics::<D>([&records[i]; 4]);
+        for (start, four, count) in GroupsOfFour::new(&row[..regular], i) {
+            let other = packed_particles::packed_kinematics::<D>(four.map(|j| &records[j]));
             let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
-            let weight = self.smoothing.weights(crate::points::packed_particles::dot(&apart, &apart));
-            crate::points::packed_particles::store_four(weights, start, count, weight);
-        });
+            let weight = self.smoothing.weights(packed_particles::dot(&apart, &apart));
+            packed_particles::store_four(weights, start, count, weight);
+        }
     }
 
     /// Artificial repulsion `R_i + R_j` times the power of the ratio of kernels; `None` where no particle is in tension.
+    #[inline]
     fn repulsion_stress(&self, i: usize, four: [usize; 4], square: Lanes) -> Option<[Lanes; 6]> {
         let repulsion = &self.pair_data.repulsion;
         if repulsion.is_empty() {
             return None;
         }
         let law = self.pairs.repulsion?;
-        let (mut any, mut tensors) = (false, [SymTensor::ZERO; 4]);
-        for ((tensor, j), square) in tensors.iter_mut().zip(four).zip(square.to_array()) {
-            let both = repulsion[i] + repulsion[j];
-            if both != SymTensor::ZERO && j != i {
-                any = true;
-                *tensor = both * law.power(self.kernel_ratio_argument(i, j, square.sqrt()));
-            }
+        let tensors = four.map(|j| &repulsion[j]);
+        let own = &repulsion[i];
+        if *own == SymTensor::ZERO && tensors.iter().all(|tensor| **tensor == SymTensor::ZERO) {
+            return None;
         }
-        any.then(|| std::array::from_fn(|c| Lanes::new(tensors.map(|tensor| tensor.0[c]))))
+        let power = match law.whole_exponent {
+            Some(exponent @ 0..) if !self.options.is_variable() => packed_particles::whole_power(
+                self.smoothing.values(square) * law.scale,
+                exponent.unsigned_abs(),
+            ),
+            _ => {
+                let square = square.to_array();
+                let ratio = |k: usize| self.kernel_ratio_argument(i, four[k], square[k].sqrt());
+                Lanes::new(std::array::from_fn(|k| law.power(ratio(k))))
+            }
+        };
+        Some(std::array::from_fn(|c| (Lanes::new(tensors.map(|tensor| tensor.0[c])) + own.0[c]) * power))
     }
 }

@@ -18,7 +18,7 @@ pub fn artificial_stress<const D: usize>(tensile: Tensile, stress: &SymTensor, d
                 1 => SymTensor([scale * xx.max(0.0), 0.0, 0.0, 0.0, 0.0, 0.0]),
                 2 => {
                     let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
-                    let radius = half.hypot(xy);
+                    let radius = (half * half + xy * xy).sqrt();
                     let (first, second) =
                         (scale * (mean + radius).max(0.0), scale * (mean - radius).max(0.0));
                     // f(σ) = (f1 + f2)/2 1 + (f1 - f2)/2 (σ - mean)/radius.

@@ -4,7 +4,7 @@ use crate::config::{ContinuityEquation, VelocityGradientOperator};
 use crate::pairs::operators::{GradientMoment, product};
 use crate::pairs::{PairSums, VelocityGradient};
 use crate::points::packed_particles;
-use crate::points::packed_particles::Lanes;
+use crate::points::packed_particles::{GroupsOfFour, Lanes};
 use crate::points::particles::SquareMatrix;
 
 /// Sums of the four lanes of each component.
@@ -39,7 +39,7 @@ fn corotate<const D: usize>(gradient: &mut SquareMatrix<D>, moment: &GradientMom
 }
 
 /// Sums that the velocity gradient needs, by the options.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 struct GradientForm {
     /// Whether pairs are weighted by the mass of the neighbour over the density, instead of its volume.
     by_mass: bool,
@@ -53,14 +53,31 @@ struct GradientForm {
     sums_divergence: bool,
 }
 
+/// Form of the default options.
+const DEFAULT_FORM: GradientForm = GradientForm {
+    by_mass: true,
+    is_corrected: false,
+    is_corotated: true,
+    continuity: ContinuityEquation::Trace,
+    sums_divergence: false,
+};
+
 /// Sums over the neighbours of a particle.
-struct GradientSums<const D: usize> {
+#[derive(Clone, Copy)]
+pub struct GradientSums<const D: usize> {
     gradient: SquareMatrix<D>, // (1/s)
     moment: GradientMoment<D>,
     trace: f64, // divergence (1/s)
 }
 
 impl<const D: usize> GradientSums<D> {
+    /// Sums without neighbours.
+    pub const ZERO: Self = Self {
+        gradient: [[0.0; D]; D],
+        moment: GradientMoment { matrix: [[0.0; D]; D], neighbours: 0 },
+        trace: 0.0,
+    };
+
     /// Divides sums of masses by the density of the particle (kg/m³).
     #[inline(always)]
     fn divide_by_density(&mut self, density: f64, form: &GradientForm) {
@@ -74,61 +91,62 @@ impl<const D: usize> GradientSums<D> {
 }
 
 impl<const D: usize> PairSums<'_, D> {
-    /// Velocity gradient of particle `i` (1/s), step 6 of `sheet: sph §3.3`. The weights are those of its acceleration. Velocities are
-    /// chords of a step of `chord` (s), or, for 0, those at the positions.
+    /// Sums of the velocity gradient of particle `i` over its neighbours, walls and smooth bodies included. The weights are those of its
+    /// acceleration.
     #[inline]
-    pub fn velocity_gradient(
-        &self,
-        i: usize,
-        (row, weights): (&[u32], &[f64]),
-        chord: f64,
-    ) -> VelocityGradient<D> {
-        self.velocity_gradient_generic::<false>(i, (row, weights), &[[0.0; D]; D], true, chord)
+    pub fn velocity_gradient_sums(&self, i: usize, (row, weights): (&[u32], &[f64])) -> GradientSums<D> {
+        self.sums_of_form::<false>(i, (row, weights), &[[0.0; D]; D], true)
     }
 
-    /// Velocity gradient of a particle of a rigid body (1/s), from velocities without the rotation `turn` of the body (1/s). Walls and
-    /// obstacles contribute if `ground` is true; a freely moving body they support as a whole.
+    /// Sums of the velocity gradient of a particle of a rigid body, from velocities without the rotation `turn` of the body (1/s). Walls
+    /// and obstacles contribute if `ground` is true; a freely moving body they support as a whole.
     #[inline(never)]
-    pub fn velocity_gradient_rotating(
+    pub fn velocity_gradient_sums_rotating(
         &self,
         i: usize,
         row: &[u32],
         weights: &[f64],
         turn: &SquareMatrix<D>,
         ground: bool,
-    ) -> VelocityGradient<D> {
+    ) -> GradientSums<D> {
         let row = if ground { row } else { &row[..self.neighbours_before(row, self.particles.len())] };
-        let mut rate = self.velocity_gradient_generic::<true>(i, (row, weights), turn, ground, 0.0);
-        for a in 0..D {
-            (0..D).for_each(|b| rate.gradient[a][b] += turn[a][b]);
-            rate.divergence += turn[a][a];
-        }
-        rate
+        self.sums_of_form::<true>(i, (row, weights), turn, ground)
     }
 
-    /// Velocity gradient of a particle by sums over single neighbours, walls and smooth bodies included.
+    /// Sums of the velocity gradient with those of walls, obstacles and smooth bodies.
     #[inline(always)]
-    fn velocity_gradient_generic<const TURNS: bool>(
+    fn sums_of_form<const TURNS: bool>(
         &self,
         i: usize,
         (row, weights): (&[u32], &[f64]),
         turn: &SquareMatrix<D>,
         ground: bool,
-        chord: f64,
-    ) -> VelocityGradient<D> {
+    ) -> GradientSums<D> {
         let regular = self.first_mirrored(row);
-        let form = self.gradient_form();
-        let GradientSums { mut gradient, mut moment, mut trace } =
-            self.gradient_sums::<TURNS>(i, (row, weights, regular), turn, &form);
+        let pairs = (row, weights, regular);
+        // The default form has a loop of its own, without the branches of the others.
+        let mut sums = match self.gradient_form() {
+            DEFAULT_FORM => self.gradient_sums::<TURNS>(i, pairs, turn, &DEFAULT_FORM),
+            form => self.gradient_sums::<TURNS>(i, pairs, turn, &form),
+        };
+        let GradientSums { gradient, moment, trace } = &mut sums;
         if !self.walls.smooth_bodies.is_empty() {
-            self.add_smooth_gradient(i, row, (&mut gradient, &mut trace, &mut moment));
+            self.add_smooth_gradient(i, row, (&mut *gradient, &mut *trace, &mut *moment));
         }
         if regular < row.len() {
-            self.add_wall_gradient(i, &row[regular..], (&mut gradient, &mut trace, &mut moment));
+            self.add_wall_gradient(i, &row[regular..], (&mut *gradient, &mut *trace, &mut *moment));
         }
         if ground && !self.walls.obstacles.is_empty() {
-            self.add_obstacle_gradient(i, (&mut gradient, &mut trace, &mut moment));
+            self.add_obstacle_gradient(i, (gradient, trace, moment));
         }
+        sums
+    }
+
+    /// Velocity gradient of particle `i` (1/s) from its sums, step 6 of `sheet: sph §3.3`. Velocities are chords of a step of `chord` (s),
+    /// or, for 0, those at the positions.
+    #[inline]
+    pub fn velocity_gradient(&self, i: usize, sums: &GradientSums<D>, chord: f64) -> VelocityGradient<D> {
+        let (form, &GradientSums { gradient, mut moment, mut trace }) = (self.gradient_form(), sums);
         let spread = if self.grad_h() { self.pair_data.grad_h_factor[i] } else { 1.0 };
         // The corrected gradient is exact for the plain weights: 1/ϑ belongs to the other sums.
         let correction = if form.is_corrected { moment.correction() } else { None };
@@ -179,7 +197,7 @@ impl<const D: usize> PairSums<'_, D> {
         let mut gradient = [[Lanes::splat(0.0); D]; D];
         let (mut moment, mut neighbours) = ([[Lanes::splat(0.0); D]; D], Lanes::splat(0.0));
         let mut trace = Lanes::splat(0.0);
-        packed_particles::for_each_four(&row[..regular], i, |start, four, count| {
+        for (start, four, count) in GroupsOfFour::new(&row[..regular], i) {
             let other = packed_particles::packed_kinematics::<D>(four.map(|j| &records[j]));
             let apart: [Lanes; D] = std::array::from_fn(|c| other.x[c] - own.x[c]);
             let mut relative: [Lanes; D] = std::array::from_fn(|c| other.v[c] - own.v[c]);
@@ -211,7 +229,7 @@ impl<const D: usize> PairSums<'_, D> {
             if is_corrected {
                 neighbours += volume.simd_gt(Lanes::splat(0.0)) & Lanes::splat(1.0);
             }
-        });
+        }
         let neighbours =
             if is_corrected { packed_particles::sum(neighbours) as u32 } else { row.len() as u32 };
         let mut sums = GradientSums {

@@ -140,23 +140,40 @@ pub fn sum(lanes: Lanes) -> f64 {
     (a + b) + (c + d)
 }
 
-/// Calls `visit` for groups of four neighbours, with the index of the first entry, the neighbours and the number of valid ones. The last
-/// group is filled up with `own`, whose distance is zero. It calls `visit` at one place, so that `visit` is inlined in the loop.
-#[inline(always)]
-pub fn for_each_four(row: &[u32], own: usize, mut visit: impl FnMut(usize, [usize; 4], usize)) {
-    let mut left = row;
-    let mut start = 0;
-    while !left.is_empty() {
+/// Groups of four neighbours: index of the first entry, the neighbours and the number of valid ones. The last group is filled up with the
+/// particle itself, whose distance is zero.
+pub struct GroupsOfFour<'a> {
+    left: &'a [u32],
+    start: usize,
+    own: usize,
+}
+
+impl<'a> GroupsOfFour<'a> {
+    /// Groups of the neighbours `row` of the particle `own`.
+    #[inline(always)]
+    pub fn new(row: &'a [u32], own: usize) -> Self {
+        Self { left: row, start: 0, own }
+    }
+}
+
+impl Iterator for GroupsOfFour<'_> {
+    type Item = (usize, [usize; 4], usize);
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<Self::Item> {
+        let (left, start) = (self.left, self.start);
+        if left.is_empty() {
+            return None;
+        }
         let (four, count) = match left.first_chunk::<4>() {
             Some(four) => (four.map(|j| j as usize), 4),
             None => {
-                let of = |k: usize| left.get(k).map_or(own, |&j| j as usize);
-                ([of(0), of(1), of(2), own], left.len())
+                let of = |k: usize| left.get(k).map_or(self.own, |&j| j as usize);
+                ([of(0), of(1), of(2), self.own], left.len())
             }
         };
-        visit(start, four, count);
-        left = &left[count..];
-        start += 4;
+        (self.left, self.start) = (&left[count..], start + 4);
+        Some((start, four, count))
     }
 }
 
@@ -196,16 +213,61 @@ fn power(x: Lanes, n: u32) -> Lanes {
     }
 }
 
+/// Power `x^n` of any whole `n`.
+#[inline(always)]
+pub fn whole_power(mut x: Lanes, mut n: u32) -> Lanes {
+    let mut product = Lanes::splat(1.0);
+    while n > 0 {
+        if n % 2 == 1 {
+            product *= x;
+        }
+        x *= x;
+        n /= 2;
+    }
+    product
+}
+
 impl<const D: usize> Smoothing<D> {
+    /// Kernel values `W` of four squared distances, like [`Smoothing::value`].
+    #[inline]
+    pub(crate) fn values(&self, square: Lanes) -> Lanes {
+        let (zero, one, two) = (Lanes::splat(0.0), Lanes::splat(1.0), Lanes::splat(2.0));
+        let clip = |x: Lanes| x.fast_max(zero);
+        let q = square.sqrt() * self.inverse;
+        let t = clip(one - q * 0.5);
+        let profile = match self.kernel {
+            // (2 - q)³/6 - 2 (1 - q)³/3.
+            Kernel::CubicSpline => (power(clip(two - q), 3) - power(clip(one - q), 3) * 4.0) / 6.0,
+            Kernel::Gaussian => (zero - q * q).exp(),
+            Kernel::Quadratic => t * t * 0.75,
+            Kernel::QuinticSpline => {
+                let three = Lanes::splat(3.0);
+                power(clip(three - q), 5) - power(clip(two - q), 5) * 6.0 + power(clip(one - q), 5) * 15.0
+            }
+            Kernel::WendlandC2 if D == 1 => power(t, 3) * (q * 1.5 + 1.0),
+            Kernel::WendlandC2 => power(t, 4) * (q * 2.0 + 1.0),
+            Kernel::WendlandC4 => power(t, 6) * ((q * (35.0 / 12.0) + 3.0) * q + 1.0),
+            Kernel::WendlandC6 => power(t, 7) * t * (((q * 4.0 + 6.25) * q + 4.0) * q + 1.0),
+        };
+        let inside = (q * self.length).simd_lt(Lanes::splat(self.radius));
+        inside & (profile * self.constant)
+    }
+
     /// Kernel weights `F = -W'/r` of four squared distances, like [`Smoothing::gradient_factor`].
     #[inline(always)]
     pub(crate) fn weights(&self, square: Lanes) -> Lanes {
+        self.weights_of(self.kernel, square)
+    }
+
+    /// [`Smoothing::weights`] where the kernel is known to the compiler.
+    #[inline(always)]
+    pub(crate) fn weights_of(&self, kernel: Kernel, square: Lanes) -> Lanes {
         let (zero, one, two) = (Lanes::splat(0.0), Lanes::splat(1.0), Lanes::splat(2.0));
         let clip = |x: Lanes| x.fast_max(zero);
         // Coincident particles: the gradient is zero, since their distance is.
         let q = (square.sqrt() * self.inverse).fast_max(Lanes::splat(1e-12));
         let t = clip(one - q * 0.5);
-        let steepness = match self.kernel {
+        let steepness = match kernel {
             // 2 - 3q/2 up to 1, (2 - q)²/(2q) from there on.
             Kernel::CubicSpline => (power(clip(two - q), 2) - power(clip(one - q), 2) * 4.0) / (q * 2.0),
             Kernel::Gaussian => (zero - q * q).exp() * 2.0,
@@ -236,6 +298,13 @@ mod tests {
             let scale = smoothing.gradient_factor(0.05);
             for k in 0..100 {
                 let r: [f64; 4] = std::array::from_fn(|lane| 0.003 * f64::from(4 * k + lane as i32) + 1e-4);
+                let values = smoothing.values(Lanes::new(r.map(|r| r * r))).to_array();
+                for (r, value) in r.iter().zip(values) {
+                    assert!(
+                        (value - smoothing.value(*r)).abs() < 1e-13 * smoothing.value(0.0),
+                        "{kernel:?} {D}D at {r}"
+                    );
+                }
                 let found = smoothing.weights(Lanes::new(r.map(|r| r * r))).to_array();
                 for (r, found) in r.iter().zip(found) {
                     assert!(
@@ -256,15 +325,23 @@ mod tests {
     }
 
     #[test]
+    fn whole_powers_are_products() {
+        for n in 0..12u32 {
+            let found = whole_power(Lanes::new([0.0, 0.5, 1.0, 3.0]), n).to_array();
+            assert_eq!(found, [0.0, 0.5, 1.0, 3.0].map(|x: f64| x.powi(n as i32)), "power {n}");
+        }
+    }
+
+    #[test]
     fn rows_of_any_length_are_visited_once() {
         for length in 0..11u32 {
             let row: Vec<u32> = (10..10 + length).collect();
             let mut visited = Vec::new();
-            for_each_four(&row, 7, |start, four, count| {
+            for (start, four, count) in GroupsOfFour::new(&row, 7) {
                 assert_eq!(start, visited.len());
                 assert!(four[count..].iter().all(|&j| j == 7));
                 visited.extend(four[..count].iter().map(|&j| j as u32));
-            });
+            }
             assert_eq!(visited, row);
         }
         assert_eq!(load_four(&[1.0, 2.0, 3.0, 4.0, 5.0], 4, 1).to_array(), [5.0, 0.0, 0.0, 0.0]);

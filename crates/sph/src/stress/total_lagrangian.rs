@@ -11,20 +11,32 @@ use rayon::prelude::*;
 
 use crate::SphOptions;
 use crate::kernel::Smoothing;
+use crate::pairs::SOFTENING;
 use crate::pairs::operators::GradientMoment;
+use crate::points::packed_particles::{self, Lanes};
 use crate::points::particles::{Derivatives, MIN_PARTICLES_PER_TASK, Particles, SquareMatrix};
+use crate::points::vector_algebra::separation;
 
-/// Softening of the viscosity for coincident particles, that of the pair sums (sheet: sph §2.8).
-const SOFTENING: f64 = 0.01;
+/// Four neighbours of a particle, with the particle itself in place of missing ones.
+struct FourNeighbours<const D: usize> {
+    /// Indices.
+    index: [u32; 4],
+    /// Gradients `V⁰_j ∇⁰W` (1/m); zero in place of missing neighbours.
+    gradient: [Lanes; D],
+}
 
 /// Initial configuration with its constant pairs and corrected gradients.
 struct InitialConfiguration<const D: usize> {
-    neighbours: NeighbourList<D>,
-    smoothing: Smoothing<D>,
-    /// Positions (m).
-    position: Vec<[f64; D]>,
-    /// Volumes (m^d).
-    volume: Vec<f64>,
+    /// Neighbours of all particles, particle by particle.
+    neighbours: Vec<FourNeighbours<D>>,
+    /// Ends of the particles in `neighbours`.
+    row_ends: Vec<usize>,
+    /// Smoothing length (m).
+    length: f64,
+    /// Densities `ρ⁰` (kg/m³).
+    density: Vec<f64>,
+    /// Sums of the gradients of each particle (1/m); zero with neighbours on all sides.
+    gradient_sum: Vec<[f64; D]>,
     /// Correction `L⁰`; zero where a particle has too few neighbours.
     correction: Vec<SquareMatrix<D>>,
 }
@@ -43,28 +55,79 @@ fn matmul<const D: usize>(a: &SquareMatrix<D>, b: &SquareMatrix<D>) -> SquareMat
     std::array::from_fn(|i| std::array::from_fn(|j| (0..D).map(|k| a[i][k] * b[k][j]).sum()))
 }
 
+/// Vectors of four particles, relative to one of them.
+#[inline(always)]
+fn relative<const D: usize>(vectors: &[[f64; D]], four: [usize; 4], own: &[f64; D]) -> [Lanes; D] {
+    let vectors = four.map(|j| &vectors[j]);
+    std::array::from_fn(|c| Lanes::new(vectors.map(|v| v[c])) - own[c])
+}
+
 impl<const D: usize> InitialConfiguration<D> {
-    /// Neighbours of `i` with `V⁰_j ∇⁰W`.
-    fn for_each_neighbour(&self, i: usize) -> impl Iterator<Item = (usize, [f64; D])> {
-        self.neighbours.neighbours(i).iter().map(move |&j| {
-            let j = j as usize;
-            let apart: [f64; D] = std::array::from_fn(|c| self.position[j][c] - self.position[i][c]);
-            let weight = self.volume[j]
-                * self.smoothing.gradient_factor(apart.iter().map(|c| c * c).sum::<f64>().sqrt());
-            (j, apart.map(|c| c * weight))
-        })
+    /// Configuration of particles at their positions, with the correction still to be set.
+    fn new(particles: &Particles<D>, smoothing: &Smoothing<D>) -> Result<Self, SearchError> {
+        let position = &particles.position[..particles.len()];
+        let mut near = NeighbourList::new();
+        near.build(position, smoothing.radius())?;
+        let mut initial = Self {
+            neighbours: Vec::new(),
+            row_ends: Vec::new(),
+            length: smoothing.length(),
+            density: particles.density.clone(),
+            gradient_sum: Vec::new(),
+            correction: Vec::new(),
+        };
+        for i in 0..position.len() {
+            let gradient = |j: usize| {
+                let (apart, square) = separation(&position[i], &position[j]);
+                let volume = particles.mass[j] / particles.density[j];
+                apart.map(|c| c * (volume * smoothing.gradient_factor(square.sqrt())))
+            };
+            for four in near.neighbours(i).chunks(4) {
+                let index = std::array::from_fn(|k| four.get(k).copied().unwrap_or(i as u32));
+                let gradients = index.map(|j| gradient(j as usize));
+                let gradient = std::array::from_fn(|c| Lanes::new(gradients.map(|g| g[c])));
+                initial.neighbours.push(FourNeighbours { index, gradient });
+            }
+            initial.row_ends.push(initial.neighbours.len());
+            initial.find_correction(i, position);
+        }
+        Ok(initial)
     }
 
-    /// Uncorrected gradient `Σ V⁰_j f_j ⊗ ∇⁰W`.
-    fn gradient(&self, i: usize, field: impl Fn(usize, usize) -> f64) -> SquareMatrix<D> {
-        let mut sum = [[0.0; D]; D];
-        for (j, weight) in self.for_each_neighbour(i) {
-            for (c, row) in sum.iter_mut().enumerate() {
-                let value = field(j, c);
-                (0..D).for_each(|b| row[b] += value * weight[b]);
+    /// Adds the correction of the last particle `i` and the sum of its gradients.
+    fn find_correction(&mut self, i: usize, position: &[[f64; D]]) {
+        let row = self.row(i);
+        let some = row.iter().flat_map(|four| (0..4).map(|k| four.gradient.map(|lanes| lanes.to_array()[k])));
+        let moment = GradientMoment {
+            matrix: self.gradient(i, position),
+            neighbours: some.filter(|gradient| *gradient != [0.0; D]).count() as u32,
+        };
+        let mut sum = [Lanes::splat(0.0); D];
+        row.iter().for_each(|four| (0..D).for_each(|c| sum[c] += four.gradient[c]));
+        // Without neighbours on all sides a particle moves without deformation.
+        let correction = moment.correction().unwrap_or([[0.0; D]; D]);
+        self.gradient_sum.push(sum.map(packed_particles::sum));
+        self.correction.push(correction);
+    }
+
+    /// Neighbours of particle `i`.
+    #[inline(always)]
+    fn row(&self, i: usize) -> &[FourNeighbours<D>] {
+        let start = if i == 0 { 0 } else { self.row_ends[i - 1] };
+        &self.neighbours[start..self.row_ends[i]]
+    }
+
+    /// Uncorrected gradient `Σ V⁰_j (f_j - f_i) ⊗ ∇⁰W` of a vector field.
+    #[inline]
+    fn gradient(&self, i: usize, field: &[[f64; D]]) -> SquareMatrix<D> {
+        let mut sum = [[Lanes::splat(0.0); D]; D];
+        for four in self.row(i) {
+            let difference = relative(field, four.index.map(|j| j as usize), &field[i]);
+            for (row, value) in sum.iter_mut().zip(difference) {
+                (0..D).for_each(|b| row[b] += value * four.gradient[b]);
             }
         }
-        sum
+        sum.map(|row| row.map(packed_particles::sum))
     }
 }
 
@@ -74,27 +137,11 @@ impl<const D: usize> TotalLagrangianReference<D> {
     /// # Errors
     /// When the neighbour search fails.
     pub fn new(particles: &Particles<D>, smoothing: &Smoothing<D>) -> Result<Self, SearchError> {
-        let position = particles.position[..particles.len()].to_vec();
-        let mut neighbours = NeighbourList::new();
-        neighbours.build(&position, smoothing.radius())?;
-        let volume: Vec<f64> = particles.mass.iter().zip(&particles.density).map(|(m, d)| m / d).collect();
+        let initial = InitialConfiguration::new(particles, smoothing)?;
         let unit: SquareMatrix<D> =
             std::array::from_fn(|a| std::array::from_fn(|b| f64::from(u8::from(a == b))));
-        let count = position.len();
-        let correction = vec![unit; count];
-        let mut initial =
-            InitialConfiguration { neighbours, smoothing: *smoothing, correction, volume, position };
-        for i in 0..count {
-            let moment = GradientMoment {
-                matrix: initial.gradient(i, |j, c| initial.position[j][c] - initial.position[i][c]),
-                neighbours: initial.for_each_neighbour(i).filter(|(_, weight)| *weight != [0.0; D]).count()
-                    as u32,
-            };
-            // Without neighbours on all sides a particle moves without deformation.
-            initial.correction[i] = moment.correction().unwrap_or([[0.0; D]; D]);
-        }
-        let (deformation, nominal) = (vec![unit; count], vec![[[0.0; D]; D]; count]);
-        Ok(Self { initial, deformation, nominal })
+        let count = particles.len();
+        Ok(Self { initial, deformation: vec![unit; count], nominal: vec![[[0.0; D]; D]; count] })
     }
 
     /// Updates `F` and `P L⁰` of the state.
@@ -102,9 +149,8 @@ impl<const D: usize> TotalLagrangianReference<D> {
         let Self { initial, deformation, nominal } = self;
         let all = deformation.par_iter_mut().zip(nominal).enumerate();
         all.with_min_len(MIN_PARTICLES_PER_TASK).for_each(|(i, (deformation, nominal))| {
-            let sum = initial.gradient(i, |j, c| p.position[j][c] - p.position[i][c]);
             if initial.correction[i] != [[0.0; D]; D] {
-                *deformation = matmul(&sum, &initial.correction[i]);
+                *deformation = matmul(&initial.gradient(i, &p.position), &initial.correction[i]);
             }
             let stress = matmul(
                 &std::array::from_fn(|a| std::array::from_fn(|b| p.stress[i].component(a, b))),
@@ -115,34 +161,58 @@ impl<const D: usize> TotalLagrangianReference<D> {
     }
 
     /// Acceleration of particle `i` by its neighbours (m/s²), with artificial viscosity `(α, β)` along current distance vectors.
-    fn acceleration(&self, p: &Particles<D>, i: usize, (linear, quadratic): (f64, f64)) -> [f64; D] {
-        let h = self.initial.smoothing.length();
-        let density = p.mass[i] / self.initial.volume[i];
-        let mut sum = [0.0; D];
-        for (j, weight) in self.initial.for_each_neighbour(i) {
-            let pair: SquareMatrix<D> = std::array::from_fn(|a| {
-                std::array::from_fn(|b| self.nominal[i][a][b] + self.nominal[j][a][b])
-            });
-            let apart: [f64; D] = std::array::from_fn(|c| p.position[j][c] - p.position[i][c]);
-            let closing: f64 = (0..D).map(|c| (p.velocity[j][c] - p.velocity[i][c]) * apart[c]).sum();
-            let square: f64 = apart.iter().map(|c| c * c).sum();
-            let pi = h * closing.min(0.0) / (square + SOFTENING * h * h);
-            let sound = 0.5 * (p.sound[i] + p.sound[j]);
-            let mean = 0.5 * (density + p.mass[j] / self.initial.volume[j]);
-            let stress = mean * (linear * sound * pi - quadratic * pi * pi);
-            let size = (weight.iter().map(|c| c * c).sum::<f64>() / square.max(1e-24 * h * h)).sqrt();
-            for a in 0..D {
-                let acceleration: f64 = (0..D).map(|b| pair[a][b] * weight[b]).sum();
-                sum[a] += (acceleration + stress * size * apart[a]) / density;
+    fn acceleration(&self, p: &Particles<D>, i: usize, viscosity: (f64, f64)) -> [f64; D] {
+        let Self { initial, nominal, .. } = self;
+        let is_viscous = viscosity != (0.0, 0.0);
+        let mut sum = [Lanes::splat(0.0); D];
+        for four in initial.row(i) {
+            let index = four.index.map(|j| j as usize);
+            let stress = index.map(|j| &nominal[j]);
+            for (a, sum) in sum.iter_mut().enumerate() {
+                for b in 0..D {
+                    *sum += Lanes::new(stress.map(|stress| stress[a][b])) * four.gradient[b];
+                }
+            }
+            if is_viscous {
+                let apart = relative(&p.position, index, &p.position[i]);
+                let viscous = self.viscosity(p, (i, index), &apart, &four.gradient, viscosity);
+                (0..D).for_each(|c| sum[c] += apart[c] * viscous);
             }
         }
-        sum
+        // The stress of the particle itself is the same in all pairs.
+        let (own, along) = (&nominal[i], &initial.gradient_sum[i]);
+        std::array::from_fn(|a| {
+            let by_own: f64 = (0..D).map(|b| own[a][b] * along[b]).sum();
+            (packed_particles::sum(sum[a]) + by_own) / initial.density[i]
+        })
+    }
+
+    /// Viscous stress `ρ (α c π - β π²)` of four pairs times the size of their gradients, over their distances `apart` (m).
+    #[inline(always)]
+    fn viscosity(
+        &self,
+        p: &Particles<D>,
+        (i, four): (usize, [usize; 4]),
+        apart: &[Lanes; D],
+        gradient: &[Lanes; D],
+        (linear, quadratic): (f64, f64),
+    ) -> Lanes {
+        let (h, density) = (self.initial.length, &self.initial.density);
+        let closing = packed_particles::dot(&relative(&p.velocity, four, &p.velocity[i]), apart);
+        let square = packed_particles::dot(apart, apart);
+        let softened = square + SOFTENING * h * h;
+        let sound = (Lanes::new(four.map(|j| p.sound[j])) + p.sound[i]) * 0.5;
+        let mean = (Lanes::new(four.map(|j| density[j])) + density[i]) * 0.5;
+        // π = h closing / softened, and |∇W| / r = √(∇W² r²) / r²: one root and one division.
+        let product = closing.fast_min(Lanes::splat(0.0)) * h;
+        let size = (packed_particles::dot(gradient, gradient) * square).sqrt();
+        let stress = mean * product * (sound * softened * linear - product * quadratic);
+        stress * size / (softened * softened * square.fast_max(Lanes::splat(1e-24 * h * h)))
     }
 
     /// Velocity gradient over the present positions (1/s).
     fn rate(&self, p: &Particles<D>, i: usize) -> SquareMatrix<D> {
-        let sum = self.initial.gradient(i, |j, c| p.velocity[j][c] - p.velocity[i][c]);
-        let rate = matmul(&sum, &self.initial.correction[i]);
+        let rate = matmul(&self.initial.gradient(i, &p.velocity), &self.initial.correction[i]);
         let cofactor = cofactor(&self.deformation[i]);
         let determinant: f64 = (0..D).map(|c| self.deformation[i][0][c] * cofactor[0][c]).sum();
         // F⁻¹ = cofᵀ / det.
@@ -172,11 +242,11 @@ impl<const D: usize> TotalLagrangianReference<D> {
 
     /// Computes velocity gradients and divergences.
     pub fn find_rates(&self, particles: &Particles<D>, rates: &mut Derivatives<D>) {
-        let all = rates.gradient.par_iter_mut().enumerate();
-        all.with_min_len(MIN_PARTICLES_PER_TASK).for_each(|(i, l)| *l = self.rate(particles, i));
-        for (divergence, l) in rates.divergence.iter_mut().zip(&rates.gradient) {
-            *divergence = (0..D).map(|c| l[c][c]).sum();
-        }
+        let both = rates.gradient.par_iter_mut().zip(&mut rates.divergence).enumerate();
+        both.with_min_len(MIN_PARTICLES_PER_TASK).for_each(|(i, (gradient, divergence))| {
+            *gradient = self.rate(particles, i);
+            *divergence = (0..D).map(|c| gradient[c][c]).sum();
+        });
     }
 }
 
