@@ -22,22 +22,24 @@ def space(dimension):
     return "plane-strain" if dimension == 2 else "3d"
 
 
+def stretching(dimension):
+    """Gradient of the velocity at the start (1/s): the block shortens along x and lengthens along y, with some shear."""
+    return [row[:dimension] for row in [[-0.06, 0.02, 0.0], [0.0, 0.02, 0.0], [0.0, 0.0, 0.01]][:dimension]]
+
+
 def block(dimension, material, cell):
-    """Block of edge 1 m on a rough floor under a weak gravity, without a method."""
-    low = [-4 * cell] * dimension
-    low[1] = 0.0
-    gravity = [0.0] * dimension
-    gravity[1] = -0.1
+    """Block of edge 1 m that oscillates freely, without a method."""
+    centre = [0.5] * dimension
+    stretch = {"kind": "linear", "value": [0.0] * dimension, "origin": centre, "gradient": stretching(dimension)}
     box = {"kind": "box", "min": [0.0] * dimension, "max": [1.0] * dimension}
     return {
         "title": "block",
         "space": space(dimension),
-        "domain": {"min": low, "max": [1 + 4 * cell] * dimension},
-        "gravity": gravity,
+        "domain": {"min": [-6 * cell] * dimension, "max": [1 + 6 * cell] * dimension},
+        "gravity": [0.0] * dimension,
         "materials": {"soil": material},
-        "bodies": [{"name": "block", "material": "soil", "shape": box}],
-        "boundaries": [{"side": "y-min", "wall": {"kind": "rough"}}],
-        "stages": [{"name": "settle", "duration": 100.0}],
+        "bodies": [{"name": "block", "material": "soil", "shape": box, "velocity": stretch}],
+        "stages": [{"name": "oscillate", "duration": 100.0}],
     }
 
 

@@ -35,9 +35,9 @@ def relative(a, b):
     return abs(a - b) / max(abs(a), abs(b), 1e-300)
 
 
-def same_fall(start, axis):
-    """Difference of the falls of the centre along an axis from `start` (m)."""
-    return lambda ours, other: relative(start - ours["centre"][axis], start - other["centre"][axis])
+def same_energy(ours, other):
+    """Difference of the kinetic energies."""
+    return relative(ours["kinetic"][0], other["kinetic"][0])
 
 
 def same_shift(start):
@@ -66,7 +66,7 @@ def taichi(dimension, law, cells, steps, aim):
         ours=Ours(case, "mpm", steps),
         other=Other(command, [steps], two_threads={}),
         note=TAICHI_NOTE,
-        difference=same_fall(0.5, 1),
+        difference=same_energy,
     )
 
 

@@ -3,28 +3,28 @@
 usage: taichi_mpm.py DIM LAW CELLS STEPS THREADS [PPC]
 
 LAW is `corotated` (singular values), `elastic` (linear in rate form with the Jaumann rate) or `dphencky` (Drucker-Prager in logarithmic
-strain, singular values). The block of edge 1 m settles on a rough floor under a weak gravity, with PPC points per cell and direction and
-CELLS along its edge."""
+strain, singular values, with the strain out of the plane in two dimensions). The block of edge 1 m starts with a uniform velocity gradient
+and oscillates freely, with PPC points per cell and direction and CELLS along its edge."""
 import sys, time, resource
 import taichi as ti
 DIM, LAW, CELLS, STEPS, THREADS = int(sys.argv[1]), sys.argv[2], int(sys.argv[3]), int(sys.argv[4]), int(sys.argv[5])
 PPC = int(sys.argv[6]) if len(sys.argv) > 6 else 2
 ti.init(arch=ti.cpu, default_fp=ti.f64, cpu_max_num_threads=THREADS, offline_cache=False, log_level=ti.WARN, fast_math=True)
 import numpy as np
-dx = 1.0 / CELLS; inv_dx = float(CELLS); PAD = 4
+dx = 1.0 / CELLS; inv_dx = float(CELLS); PAD = 6
 n_grid = CELLS + 2 * PAD
 n = (CELLS * PPC) ** DIM
-rho, E, nu, g = 2000.0, 1e6, 0.3, -0.1
+rho, E, nu = 2000.0, 1e6, 0.3
 lam = E * nu / ((1 + nu) * (1 - 2 * nu)); mu = E / (2 * (1 + nu))
 c = ((lam + 2 * mu) / rho) ** 0.5
 dt = 0.4 * dx / c
 p_vol = (dx / PPC) ** DIM; p_mass = p_vol * rho
 phi = np.deg2rad(20.0); sinp = np.sin(phi); alpha = np.sqrt(2 / 3) * 2 * sinp / (3 - sinp)
-coh = 0.1 / np.tan(phi) / (3 * lam + 2 * mu) * DIM     # shift of the trace for a cohesion of 0.1 Pa
+coh = 0.1 / np.tan(phi) / (3 * lam + 2 * mu) * 3     # shift of the trace for a cohesion of 0.1 Pa
 x = ti.Vector.field(DIM, ti.f64, n); v = ti.Vector.field(DIM, ti.f64, n)
 C = ti.Matrix.field(DIM, DIM, ti.f64, n)
 F = ti.Matrix.field(DIM, DIM, ti.f64, n)            # F, or the stress for elastic
-Jp = ti.field(ti.f64, n)                             # elastic: volume ratio; 'dp': plastic volume
+Jp = ti.field(ti.f64, n)                             # elastic: volume ratio; dphencky in 2D: strain out of the plane
 gv = ti.Vector.field(DIM, ti.f64, (n_grid,) * DIM); gm = ti.field(ti.f64, (n_grid,) * DIM)
 nplastic = ti.field(ti.i32, ())
 
@@ -47,28 +47,42 @@ def stress_update(p):
         J = f.determinant()
         tau = 2 * mu * (f - U @ V.transpose()) @ f.transpose() + I * lam * J * (J - 1)
     else:
+        # Axes U and logarithms e of the stretches. The singular values of Taichi take shear below 1e-5 for zero in two dimensions.
         f = (I + dt * C[p]) @ F[p]
-        U, sig, V = ti.svd(f)
-        e = ti.Vector.zero(ti.f64, DIM)
-        for i in ti.static(range(DIM)):
-            e[i] = ti.log(ti.max(ti.abs(sig[i, i]), 1e-4)) + Jp[p] / DIM
+        U = ti.Matrix.identity(ti.f64, DIM)
+        e = ti.Vector.zero(ti.f64, 3)
+        if ti.static(DIM == 2):
+            b = f @ f.transpose()
+            mean = 0.5 * (b[0, 0] + b[1, 1]); half = 0.5 * (b[0, 0] - b[1, 1])
+            radius = ti.sqrt(half * half + b[0, 1] * b[0, 1])
+            size = ti.sqrt(2 * radius * (radius + ti.abs(half))) + 1e-30
+            long, short = (radius + ti.abs(half) + 1e-30) / size, b[0, 1] / size
+            if half < 0: long, short = short, long
+            U = ti.Matrix([[long, -short], [short, long]])
+            e[0] = 0.5 * ti.log(mean + radius)
+            e[1] = 0.5 * ti.log(f.determinant() ** 2 / (mean + radius))
+            e[2] = Jp[p]
+        else:
+            U_, sig, V_ = ti.svd(f)
+            U = U_
+            for i in ti.static(range(DIM)):
+                e[i] = ti.log(ti.max(ti.abs(sig[i, i]), 1e-4))
         tr = e.sum() - coh
-        eh = e - e.sum() / DIM
+        eh = e - e.sum() / 3
         nrm = eh.norm() + 1e-30
         if tr >= 0.0:
-            Jp[p] += tr
-            for i in ti.static(range(DIM)): e[i] = coh / DIM
+            for i in ti.static(range(3)): e[i] = coh / 3
             nplastic[None] = 1
         else:
-            Jp[p] = 0.0
-            dg = nrm + (DIM * lam + 2 * mu) / (2 * mu) * tr * alpha
+            dg = nrm + (3 * lam + 2 * mu) / (2 * mu) * tr * alpha
             if dg > 0:
                 e = e - dg / nrm * eh
                 nplastic[None] = 1
         S = ti.Matrix.zero(ti.f64, DIM, DIM); T = ti.Matrix.zero(ti.f64, DIM, DIM)
         for i in ti.static(range(DIM)):
             S[i, i] = ti.exp(e[i]); T[i, i] = 2 * mu * e[i] + lam * e.sum()
-        F[p] = U @ S @ V.transpose()
+        if ti.static(DIM == 2): Jp[p] = e[2]
+        F[p] = U @ S @ U.transpose()
         tau = U @ T @ U.transpose()
     return p_vol * tau
 
@@ -96,8 +110,6 @@ def grid():
     for I in ti.grouped(gm):
         if gm[I] > 0:
             gv[I] = gv[I] / gm[I]
-            gv[I][1] += dt * g
-            if I[1] <= PAD: gv[I] = ti.Vector.zero(ti.f64, DIM)
             for i in ti.static(range(DIM)):
                 if I[i] < 2 and gv[I][i] < 0: gv[I][i] = 0
                 if I[i] > n_grid - 3 and gv[I][i] > 0: gv[I][i] = 0
@@ -121,6 +133,9 @@ def g2p():
 k = np.arange(CELLS * PPC)
 pts = np.stack(np.meshgrid(*([(k + 0.5) / PPC * dx] * DIM), indexing='ij'), -1).reshape(-1, DIM) + PAD * dx
 x.from_numpy(pts)
+gradient = np.array([[-0.06, 0.02, 0.0], [0.0, 0.02, 0.0], [0.0, 0.0, 0.01]])[:DIM, :DIM]
+v.from_numpy((pts - PAD * dx - 0.5) @ gradient.T)
+C.from_numpy(np.tile(gradient, (n, 1, 1)))
 F.from_numpy(np.tile(np.zeros((DIM, DIM)) if LAW == 'elastic' else np.eye(DIM), (n, 1, 1)))
 Jp.fill(1.0 if LAW == 'elastic' else 0.0)
 def step():

@@ -7,6 +7,9 @@ use crate::obstacles::state::ObstacleForces;
 /// Maximum number of iterations over the constraints.
 const MAX_ITERATIONS: usize = 200;
 
+/// Position of a node that is not in the list.
+const UNLISTED: u32 = u32::MAX;
+
 /// Constraint on a point that would come too close to a surface in the step.
 #[derive(Clone, Debug)]
 pub struct PenetrationConstraint<const D: usize> {
@@ -42,6 +45,8 @@ pub struct PenetrationConstraints<const D: usize> {
     pub weights: Vec<(usize, f64)>,
     /// Numbers of the nodes in memory, ascending.
     pub numbers: Vec<usize>,
+    /// Position of each node in memory in that list; [`UNLISTED`] between two searches.
+    position_in_list: Vec<u32>,
     /// Velocities of the nodes (m/s).
     pub velocity: Vec<[f64; D]>,
     /// Inverse inertia of the nodes along each axis (1/kg); zero for constrained components.
@@ -82,15 +87,28 @@ impl<const D: usize> PenetrationConstraints<D> {
 
     /// Lists the nodes; `of` returns the velocity (m/s) of a node and its inverse inertia (1/kg).
     pub fn list_nodes(&mut self, of: impl Fn(usize) -> ([f64; D], [f64; D])) {
-        let Self { weights, numbers, velocity, inverse_inertia: inverse_inertias, velocity_change, .. } =
-            self;
+        let Self {
+            weights,
+            numbers,
+            position_in_list,
+            velocity,
+            inverse_inertia: inverse_inertias,
+            velocity_change,
+            ..
+        } = self;
         numbers.clear();
-        numbers.extend(weights.iter().map(|(number, _)| *number));
-        numbers.sort_unstable();
-        numbers.dedup();
-        for (number, _) in weights {
-            *number = numbers.partition_point(|own| *own < *number);
+        let nodes = weights.iter().map(|(number, _)| number + 1).max().unwrap_or(0);
+        position_in_list.resize(nodes.max(position_in_list.len()), UNLISTED);
+        for (number, _) in &*weights {
+            if position_in_list[*number] == UNLISTED {
+                position_in_list[*number] = 0;
+                numbers.push(*number);
+            }
         }
+        numbers.sort_unstable();
+        numbers.iter().zip(0..).for_each(|(number, position)| position_in_list[*number] = position);
+        weights.iter_mut().for_each(|(number, _)| *number = position_in_list[*number] as usize);
+        numbers.iter().for_each(|number| position_in_list[*number] = UNLISTED);
         velocity.clear();
         inverse_inertias.clear();
         for number in numbers.iter() {

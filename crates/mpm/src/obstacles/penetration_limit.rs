@@ -2,7 +2,7 @@
 //! obstacles).
 
 use colluvium_constitutive::BLOCK_SIZE;
-use colluvium_grid::{NodalState, NodeWalls, PointSlice, Vector4};
+use colluvium_grid::{InterpolatedMotion, NodalState, NodeWalls, PointSlice, Vector4};
 use colluvium_points::surface::{NearestPoint, path_enters_solid};
 use rayon::prelude::*;
 
@@ -14,6 +14,7 @@ use crate::obstacles::state::{BlockWorkspace, PenaltyObstacle, PenaltyObstacles}
 use crate::points::bodies::Bodies;
 use crate::points::penalty_state::PenaltyState;
 use crate::points::point_set::PointColumns;
+use crate::points::pore_fluid::SOLID;
 use crate::points::vectors::{first_three, square, vector4};
 
 /// Least distance of a point centre from a surface, over the distance at which its contact springs begin to act.
@@ -80,6 +81,44 @@ pub fn limit_remapped<const D: usize>(
     limit.limit_penetration(obstacles, remapped_velocities, of, |node, change| *node += change);
 }
 
+/// Values of a node that contain the velocity of the points of an obstacle problem.
+pub trait NodeVelocity<const D: usize>: Sync + Sized {
+    /// Velocity of the grid at the first of the points (m/s); the first node is that of their velocity field.
+    fn at_point(background: &BackgroundGrid<D>, points: &PointSlice<'_, D>, nodes: &[Self]) -> Vector4;
+}
+
+impl<const D: usize> NodeVelocity<D> for NodalState {
+    fn at_point(background: &BackgroundGrid<D>, points: &PointSlice<'_, D>, nodes: &[Self]) -> Vector4 {
+        let mut read = [InterpolatedMotion::ZERO];
+        background.transfers.g2p_motion(&background.grid_view(), points, nodes, &mut read);
+        read[0].velocity
+    }
+}
+
+impl<const D: usize> NodeVelocity<D> for Vector4 {
+    fn at_point(background: &BackgroundGrid<D>, points: &PointSlice<'_, D>, nodes: &[Self]) -> Vector4 {
+        let mut read = [Vector4::ZERO];
+        background.transfers.g2p_values(&background.grid_view(), points, nodes, &mut read);
+        read[0]
+    }
+}
+
+impl<const D: usize> NodeVelocity<D> for [NodalState; 2] {
+    fn at_point(background: &BackgroundGrid<D>, points: &PointSlice<'_, D>, nodes: &[Self]) -> Vector4 {
+        let mut read = [[InterpolatedMotion::ZERO; 2]];
+        background.transfers.g2p_phase_motions(&background.grid_view(), points, nodes, &mut read);
+        read[0][SOLID].velocity
+    }
+}
+
+impl<const D: usize> NodeVelocity<D> for [Vector4; 2] {
+    fn at_point(background: &BackgroundGrid<D>, points: &PointSlice<'_, D>, nodes: &[Self]) -> Vector4 {
+        let mut read = [[InterpolatedMotion::ZERO; 2]];
+        background.transfers.g2p_phase_velocities(&background.grid_view(), points, nodes, &mut read);
+        read[0][SOLID].velocity
+    }
+}
+
 /// Returns a velocity with the mass in the fourth lane of another vector.
 pub fn with_mass(velocity: Vector4, other: Vector4) -> Vector4 {
     let ([x, y, z, _], [.., mass]) = (velocity.to_array(), other.to_array());
@@ -89,16 +128,16 @@ pub fn with_mass(velocity: Vector4, other: Vector4) -> Vector4 {
 impl<const D: usize> PenetrationLimit<'_, D> {
     /// Changes nodal velocities so that points do not reach obstacle surfaces. `of` returns the velocity of a node with its mass as fourth
     /// component, and `add` adds to it (m/s).
-    pub fn limit_penetration<T: Sync>(
+    pub fn limit_penetration<T: NodeVelocity<D>>(
         &self,
         obstacles: &mut Option<Box<PenaltyObstacles<D>>>,
         nodes: &mut [T],
-        of: impl Fn(usize, &T) -> Vector4 + Sync,
+        of: impl Fn(usize, &T) -> Vector4,
         add: impl Fn(&mut T, Vector4),
     ) {
         let Some(obstacles) = obstacles else { return };
         for _ in 0..MAX_SEARCHES {
-            if !self.find_constraints(obstacles, &|number| of(number, &nodes[number])) {
+            if !self.find_constraints(obstacles, nodes) {
                 return;
             }
             let constraints = &mut obstacles.penetration_constraints;
@@ -115,11 +154,7 @@ impl<const D: usize> PenetrationLimit<'_, D> {
     }
 
     /// Finds the points that come too close to a surface; returns whether there are any.
-    fn find_constraints(
-        &self,
-        obstacles: &mut PenaltyObstacles<D>,
-        of: &(dyn Fn(usize) -> Vector4 + Sync),
-    ) -> bool {
+    fn find_constraints<T: NodeVelocity<D>>(&self, obstacles: &mut PenaltyObstacles<D>, nodes: &[T]) -> bool {
         let PenaltyObstacles {
             obstacles,
             workspaces,
@@ -132,21 +167,21 @@ impl<const D: usize> PenetrationLimit<'_, D> {
         let (from, to) = (self.clock.time, self.clock.time + self.clock.dt);
         let step_displacement =
             motions.map(|moving| moving.obstacle.max_displacement(from, to)).fold(0.0, f64::max);
-        let nodes = self.background.layout.len();
+        let field_nodes = self.background.layout.len();
         for set in self.bodies.sets.iter().filter(|set| set.rigid.is_none()) {
             let PointColumns { obstacle_contact, origin, .. } = &set.points;
             let input = PenetrationInput {
                 limit: self,
                 points: set.point_slice(),
                 origin,
-                first_node: set.field * nodes,
+                first_node: set.field * field_nodes,
                 horizon: *horizon,
                 max_obstacle_displacement: history.max_obstacle_displacement,
                 step_displacement,
             };
             let blocks = obstacle_contact.par_chunks(BLOCK_SIZE).zip(&mut *workspaces).enumerate();
             blocks.with_min_len(GRAIN).for_each(|(block, (points, workspace))| {
-                input.block(obstacles, block * BLOCK_SIZE, points, of, workspace);
+                input.block(obstacles, block * BLOCK_SIZE, points, &nodes[input.first_node..], workspace);
             });
             for workspace in &mut workspaces[..obstacle_contact.len().div_ceil(BLOCK_SIZE)] {
                 constraints.append(&mut workspace.penetration_constraints, &mut workspace.weights);
@@ -225,12 +260,12 @@ struct PenetrationInput<'a, const D: usize> {
 
 impl<const D: usize> PenetrationInput<'_, D> {
     /// Finds the constraints of a group of points, from index `first` on.
-    fn block(
+    fn block<T: NodeVelocity<D>>(
         &self,
         obstacles: &[PenaltyObstacle<D>],
         first: usize,
         points: &[PenaltyState<D>],
-        of: &(dyn Fn(usize) -> Vector4 + Sync),
+        nodes: &[T],
         workspace: &mut BlockWorkspace<D>,
     ) {
         workspace.penetration_constraints.clear();
@@ -254,22 +289,18 @@ impl<const D: usize> PenetrationInput<'_, D> {
             if min_distance > max_travel + MIN_DISTANCE_RATIO * point.penalty_distance {
                 continue;
             }
-            let (start, mut velocity) = (workspace.weights.len(), [0.0; D]);
-            background.transfers.for_each_weight(&view, &self.points.range(p..p + 1), &mut |_, node, w| {
-                let node = self.limit.first_of(self.first_node + node);
-                let own = of(node).to_array();
-                (0..D).for_each(|c| velocity[c] += w * own[c]);
-                workspace.weights.push((node, w));
-            });
-            let candidate = PenetrationCandidate {
-                x,
-                velocity,
-                nodes: start..workspace.weights.len(),
-                min_distance,
-                point,
-            };
-            if !candidate.find_constraints(obstacles, self.limit, self.horizon, workspace) {
-                workspace.weights.truncate(start);
+            let (own, found) = (self.points.range(p..p + 1), workspace.penetration_constraints.len());
+            let velocity = T::at_point(background, &own, nodes).to_array();
+            let velocity = std::array::from_fn(|c| velocity[c]);
+            let candidate = PenetrationCandidate { x, velocity, min_distance, point };
+            candidate.find_constraints(obstacles, self.limit, self.horizon, workspace);
+            let BlockWorkspace { penetration_constraints: constraints, weights, .. } = workspace;
+            if constraints.len() > found {
+                let start = weights.len();
+                background.transfers.for_each_weight(&view, &own, &mut |_, node, w| {
+                    weights.push((self.limit.first_of(self.first_node + node), w));
+                });
+                constraints[found..].iter_mut().for_each(|own| own.nodes = start..weights.len());
             }
         }
     }
@@ -280,17 +311,16 @@ struct PenetrationCandidate<'a, const D: usize> {
     x: &'a [f64; D],
     /// Velocity of the point from the grid (m/s).
     velocity: [f64; D],
-    nodes: std::ops::Range<usize>,
     /// Least distance from any surface (m).
     min_distance: f64,
     point: &'a PenaltyState<D>,
 }
 
 impl<const D: usize> PenetrationCandidate<'_, D> {
-    /// Constraint of the point along a normal, without motion of the obstacle and without friction.
+    /// Constraint of the point along a normal, still without its nodes, motion of the obstacle and friction.
     fn constraint(&self, normal: [f64; D]) -> PenetrationConstraint<D> {
         PenetrationConstraint {
-            nodes: self.nodes.clone(),
+            nodes: 0..0,
             position: *self.x,
             normal,
             min_normal_velocity: 0.0,
@@ -303,16 +333,16 @@ impl<const D: usize> PenetrationCandidate<'_, D> {
         }
     }
 
-    /// Finds the surface positions to which the point comes too close; returns whether there are any.
+    /// Finds the surface positions to which the point comes too close.
     fn find_constraints(
         &self,
         obstacles: &[PenaltyObstacle<D>],
         limit: &PenetrationLimit<'_, D>,
         horizon: f64,
         workspace: &mut BlockWorkspace<D>,
-    ) -> bool {
+    ) {
         let PenetrationLimit { clock, is_final, .. } = limit;
-        let (dt, before) = (clock.dt, workspace.penetration_constraints.len());
+        let dt = clock.dt;
         let min_distance = MIN_DISTANCE_RATIO * self.point.penalty_distance;
         for (number, obstacle) in obstacles.iter().enumerate() {
             let obstacle_velocity = obstacle.displacement_until(self.x, clock.time + dt).map(|u| u / dt);
@@ -362,6 +392,5 @@ impl<const D: usize> PenetrationCandidate<'_, D> {
                 });
             }
         }
-        workspace.penetration_constraints.len() > before
     }
 }
