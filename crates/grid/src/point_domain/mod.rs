@@ -183,9 +183,6 @@ pub trait PointDomain<const D: usize>: Copy + Default + Send + Sync + 'static {
     fn from_numbers(numbers: &[f64], right_stretch: RightStretchDiagonal<D>) -> Self;
 }
 
-/// Number of points from which on their stencils are computed together.
-const MIN_BATCH_POINTS: usize = 4;
-
 /// Domain of constant size (or for shape functions that do not depend on it).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FixedDomain;
@@ -216,12 +213,7 @@ impl<const D: usize> PointDomain<D> for FixedDomain {
         initial: &[f64; D],
         mut visit: impl FnMut(usize, &Stencil<D, S>),
     ) {
-        if positions.len() < MIN_BATCH_POINTS {
-            for (p, position) in positions.iter().enumerate() {
-                visit(p, &Stencil::new::<B>(ground.grid, position, initial));
-            }
-            return;
-        }
+        // The only call of `visit`, so that it is inlined: through memory, a stencil stored number by number and loaded in vectors stalls.
         let mut batch = StencilBatch::<D, S>::EMPTY;
         for (group, positions) in positions.chunks(STENCIL_BATCH).enumerate() {
             batch.compute::<B>(ground.grid, positions, initial);

@@ -38,6 +38,15 @@ fn for_each_affine_point<const D: usize, const S: usize, B: Basis<S>, P: PointDo
     P::for_each_affine_support::<S, B>(domains, ground, points.position, points.extent, visit);
 }
 
+/// Nodes of the first point.
+#[inline(always)]
+fn first_support<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>>(
+    ground: &GridView<'_, D>,
+    points: &PointSlice<'_, D>,
+) -> P::Support<S> {
+    P::typed_column(&points.domain)[0].support::<S, B>(ground, &points.position[0], points.extent)
+}
+
 /// Columns `m C e_j` of the affine momentum of point `p` with the affine velocity gradient `C` (1/s; sheet: mpm §2.6), from the second
 /// moments of its nodes.
 #[inline(always)]
@@ -300,9 +309,25 @@ impl<const D: usize, const S: usize, B: Basis<S>, P: PointDomain<D>> Transfers<D
         points: &PointSlice<'_, D>,
         visit: &mut dyn FnMut(usize, usize, f64),
     ) {
-        for_each_point::<D, S, B, P>(ground, points, |p, support| {
+        let domains = P::typed_column(&points.domain);
+        for (p, (position, domain)) in points.position.iter().zip(domains).enumerate() {
+            let support = domain.support::<S, B>(ground, position, points.extent);
             support.for_each(&ground.strides, |number, w, _| visit(p, number, w));
-        });
+        }
+    }
+
+    fn momentum_at(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
+    ) -> Vector4 {
+        first_support::<D, S, B, P>(ground, points)
+            .g2p_value(nodes, &ground.strides, |node| node.momentum_and_mass)
+    }
+
+    fn value_at(&self, ground: &GridView<'_, D>, points: &PointSlice<'_, D>, nodes: &[Vector4]) -> Vector4 {
+        first_support::<D, S, B, P>(ground, points).g2p_value(nodes, &ground.strides, |node| *node)
     }
 
     fn p2g_phases(

@@ -1,8 +1,9 @@
 //! Transfers between points and nodes: the only code that is compiled for each kind of shape functions and point domains.
 //!
 //! A solver chooses its [`Transfers`] once ([`crate::ShapeFunctionKind`]) and calls them for the points of a body in a slab
-//! ([`crate::Layout::for_each_slab`]) or in a block, never for a single one ([`Transfers::for_each_weight`] excepted). A transfer uses
-//! positions and nodes; its input and output are slices with one entry a point.
+//! ([`crate::Layout::for_each_slab`]) or in a block. Functions for single points are [`Transfers::for_each_weight`],
+//! [`Transfers::momentum_at`] and [`Transfers::value_at`]. A transfer uses positions and nodes; its input and output are slices with one
+//! entry a point.
 //!
 //! A step of any material point method is [`Transfers::p2g`], a solve on the nodes, and [`Transfers::g2p`]. The affine transfers (APIC,
 //! TPIC) add [`AffineFields`] in P2G and use [`Transfers::g2p_affine`]; nodal fields of any meaning use
@@ -197,6 +198,17 @@ pub trait Transfers<const D: usize>: Send + Sync + fmt::Debug {
         nodes: &[Vector4],
         out: &mut [Vector4],
     );
+
+    /// Grid to the first point: `Σ N value` of the momenta, or velocities, of the nodes.
+    fn momentum_at(
+        &self,
+        ground: &GridView<'_, D>,
+        points: &PointSlice<'_, D>,
+        nodes: &[NodalState],
+    ) -> Vector4;
+
+    /// Grid to the first point: `Σ N value`.
+    fn value_at(&self, ground: &GridView<'_, D>, points: &PointSlice<'_, D>, nodes: &[Vector4]) -> Vector4;
 
     /// Grid to points: `Σ N (v - a dt)`, the velocity at the start of a step of `dt` (s).
     fn g2p_start_velocity(

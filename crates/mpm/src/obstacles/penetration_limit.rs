@@ -89,17 +89,13 @@ pub trait NodeVelocity<const D: usize>: Sync + Sized {
 
 impl<const D: usize> NodeVelocity<D> for NodalState {
     fn at_point(background: &BackgroundGrid<D>, points: &PointSlice<'_, D>, nodes: &[Self]) -> Vector4 {
-        let mut read = [InterpolatedMotion::ZERO];
-        background.transfers.g2p_motion(&background.grid_view(), points, nodes, &mut read);
-        read[0].velocity
+        background.transfers.momentum_at(&background.grid_view(), points, nodes)
     }
 }
 
 impl<const D: usize> NodeVelocity<D> for Vector4 {
     fn at_point(background: &BackgroundGrid<D>, points: &PointSlice<'_, D>, nodes: &[Self]) -> Vector4 {
-        let mut read = [Vector4::ZERO];
-        background.transfers.g2p_values(&background.grid_view(), points, nodes, &mut read);
-        read[0]
+        background.transfers.value_at(&background.grid_view(), points, nodes)
     }
 }
 
