@@ -61,9 +61,12 @@ def mpm_blocks():
 
 def beams():
     """Elastic cantilevers of smoothed particle hydrodynamics that swing from an initial velocity."""
+    # A twentieth of the sound speed of the bulk modulus.
+    tip = 0.05 * (2e6 / (3 * (1 - 2 * 0.3975)) / 1000) ** 0.5
+    laws = {"updated": "linear-elastic", "total-lagrangian": "st-venant-kirchhoff"}
     for rows, formulation in [(40, "updated"), (40, "total-lagrangian")]:
         spacing = 0.02 / rows
-        swing = {"kind": "bending", "along": 0, "across": 1, "clamp": 0, "length": 0.2, "tip": 0.6}
+        swing = {"kind": "bending", "along": 0, "across": 1, "clamp": 0, "length": 0.2, "tip": tip}
         method = {
             "spacing": spacing,
             "kernel": "cubic-spline",
@@ -74,7 +77,7 @@ def beams():
         }
         if formulation == "updated":
             method["tensile"] = {"kind": "artificial-stress", "strength": 0.3, "exponent": 4}
-        rubber = {"model": "linear-elastic", "density": 1000, "youngs_modulus": 2e6, "poissons_ratio": 0.3975}
+        rubber = {"model": laws[formulation], "density": 1000, "youngs_modulus": 2e6, "poissons_ratio": 0.3975}
         beam = {"kind": "box", "min": [0, 0], "max": [0.2, 0.02]}
         clamp = {"kind": "box", "min": [-0.06, 0], "max": [0, 0.02]}
         yield f"sph-beam-{formulation}-{rows}", {
