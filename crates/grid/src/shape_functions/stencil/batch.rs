@@ -5,7 +5,7 @@ use super::Stencil;
 use crate::{Basis, Grid};
 
 /// Largest number of points whose stencils are computed together.
-pub const STENCIL_BATCH: usize = 16;
+pub const STENCIL_BATCH: usize = 64;
 
 /// Values of one weight at the points of a batch.
 pub type BatchArray = [f64; STENCIL_BATCH];
